@@ -1,0 +1,179 @@
+//! What is rendered: triangles with materials, parallelogram lights and a camera, all in world space.
+
+use glam::{Vec2, Vec3};
+
+use crate::light::AreaLight;
+
+/// A scene: one triangle mesh, its lights and the camera that looks at it.
+///
+/// World space, metres, right-handed, y up. Several lights are summed.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// All geometry, already transformed to world space.
+    pub mesh: Mesh,
+    /// The area lights. They are not geometry: they cast no shadow and the camera does not see them.
+    pub lights: Vec<AreaLight>,
+    /// The camera.
+    pub camera: Camera,
+}
+
+/// Indexed triangles with per-vertex attributes and per-triangle materials.
+///
+/// `normals` and `uvs` have one entry a vertex; `material_ids` has one a triangle and indexes `materials`.
+/// Triangles are not degenerate and coordinates are finite: the loaders see to it, and
+/// [`Mesh::validate`] tells for meshes built by hand.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Vertex positions, world space, metres.
+    pub positions: Vec<Vec3>,
+    /// Unit shading normals, world space.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates; (0, 0) is the lower left of the image.
+    pub uvs: Vec<Vec2>,
+    /// Vertex indices of every triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// Index into `materials` for every triangle.
+    pub material_ids: Vec<u32>,
+    /// Diffuse materials.
+    pub materials: Vec<Material>,
+    /// Albedo textures that materials refer to.
+    pub textures: Vec<Texture>,
+}
+
+/// A diffuse material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Linear RGB albedo in 0 … 1, multiplied with the texture where there is one.
+    pub albedo: Vec3,
+    /// Index into [`Mesh::textures`].
+    pub texture: Option<u32>,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self { albedo: Vec3::splat(0.8), texture: None }
+    }
+}
+
+/// A texture of linear RGB texels, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texture {
+    /// Width in texels.
+    pub width: u32,
+    /// Height in texels.
+    pub height: u32,
+    /// `width * height` linear RGB texels.
+    pub texels: Vec<Vec3>,
+}
+
+/// A pinhole camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Eye point, world space.
+    pub eye: Vec3,
+    /// The point in the middle of the image.
+    pub target: Vec3,
+    /// Roughly up; need not be unit or orthogonal to the view.
+    pub up: Vec3,
+    /// Full vertical angle of view in degrees, 0 < fov < 180.
+    pub fov_y_deg: f32,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Self { eye: Vec3::new(0.0, 1.0, 5.0), target: Vec3::ZERO, up: Vec3::Y, fov_y_deg: 45.0 }
+    }
+}
+
+/// Why a mesh cannot be rendered.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// An attribute array has the wrong length.
+    #[error("mesh has {found} {attribute}, expected {expected}")]
+    Length {
+        /// Which array.
+        attribute: &'static str,
+        /// Its length.
+        found: usize,
+        /// The length it must have.
+        expected: usize,
+    },
+    /// A triangle refers to a vertex, material or texture that does not exist.
+    #[error("triangle {triangle} refers to {what} {index}, but there are only {count}")]
+    Index {
+        /// The triangle.
+        triangle: usize,
+        /// What it refers to.
+        what: &'static str,
+        /// The index it holds.
+        index: u32,
+        /// How many there are.
+        count: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("vertex {vertex} has a position that is not finite")]
+    NotFinite {
+        /// The vertex.
+        vertex: usize,
+    },
+    /// More vertices or triangles than 32-bit indices can name.
+    #[error("mesh has more than {} triangles or vertices", u32::MAX / 4)]
+    TooLarge,
+}
+
+impl Mesh {
+    /// Number of triangles.
+    pub fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// The three corners of triangle `index`, world space.
+    #[inline]
+    pub fn corners(&self, index: usize) -> [Vec3; 3] {
+        self.triangles[index].map(|vertex| self.positions[vertex as usize])
+    }
+
+    /// Smallest box around all vertices as (minimum, maximum); `None` for a mesh without vertices.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        let first = *self.positions.first()?;
+        Some(self.positions.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p))))
+    }
+
+    /// Checks array lengths, indices and finite coordinates, so that no later stage has to.
+    ///
+    /// # Errors
+    /// The first fault found, naming the triangle or vertex.
+    pub fn validate(&self) -> Result<(), MeshError> {
+        let limit = (u32::MAX / 4) as usize;
+        if self.positions.len() > limit || self.triangles.len() > limit {
+            return Err(MeshError::TooLarge);
+        }
+        let length = |attribute, found, expected| {
+            if found == expected { Ok(()) } else { Err(MeshError::Length { attribute, found, expected }) }
+        };
+        length("normals", self.normals.len(), self.positions.len())?;
+        length("texture coordinates", self.uvs.len(), self.positions.len())?;
+        length("material ids", self.material_ids.len(), self.triangles.len())?;
+        if let Some(vertex) = self.positions.iter().position(|p| !p.is_finite()) {
+            return Err(MeshError::NotFinite { vertex });
+        }
+        let check = |triangle, what, index: u32, count: usize| {
+            if (index as usize) < count {
+                Ok(())
+            } else {
+                Err(MeshError::Index { triangle, what, index, count })
+            }
+        };
+        for (triangle, (vertices, &material)) in self.triangles.iter().zip(&self.material_ids).enumerate() {
+            for &vertex in vertices {
+                check(triangle, "vertex", vertex, self.positions.len())?;
+            }
+            check(triangle, "material", material, self.materials.len())?;
+            if let Some(texture) = self.materials[material as usize].texture {
+                check(triangle, "texture", texture, self.textures.len())?;
+            }
+        }
+        Ok(())
+    }
+}

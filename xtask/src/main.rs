@@ -1,0 +1,2 @@
+//! Halflight.
+fn main() {}
