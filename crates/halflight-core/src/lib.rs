@@ -1,1 +1,19 @@
-//! Halflight.
+//! Types, light sampling, masks and the three stage traits of Halflight.
+//!
+//! This crate does no IO and starts no thread. A frame's data flows through its modules in this order: [`scene`] and
+//! [`light`] are seen in the [`gbuffer`], whose breaks the [`pyramid`] holds; a refiner ([`stages`]) asks for light
+//! [`mask`]s over a [`pattern`] of light samples and hands on [`fragment`]s; [`stats`] come back with the image.
+
+pub mod fragment;
+pub mod frame;
+pub mod gbuffer;
+pub mod hash;
+pub mod light;
+pub mod mask;
+pub mod pattern;
+pub mod pyramid;
+pub mod scene;
+pub mod stages;
+pub mod stats;
+
+pub use glam;

@@ -1,0 +1,192 @@
+//! What a refiner hands on: samples with their masks, and the cells of the image that they stand for.
+
+use crate::mask::{MaskBatch, Purpose};
+use crate::pattern::Pattern;
+
+/// Levels that are counted apart: 0 … 15.
+pub const LEVELS: usize = 16;
+
+/// A fragment's value at a point of the image, known through the masks of one or more receivers.
+///
+/// Its receivers are `probes` consecutive queries of one batch. A sample without probes was found to receive nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Where the value holds, in pixels: pixel (i, j) has its centre at (i + 0.5, j + 0.5).
+    pub x: f32,
+    /// Down, like `x`.
+    pub y: f32,
+    /// Index of the pixel whose depth, normal and plane stand for the sample.
+    pub pixel: u32,
+    /// Size of the fragment that it belongs to: 2^level pixels; 0 for single pixels and additional samples.
+    pub level: u8,
+    /// Number of queries that the value is made of.
+    pub probes: u8,
+    /// Index of the batch that holds them.
+    pub batch: u16,
+    /// The first of them.
+    pub first: u32,
+}
+
+/// A square of 2^level pixels that takes its values from samples, its own or shared with other cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cell {
+    /// Column, in cells of this level.
+    pub x: u16,
+    /// Row, in cells of this level.
+    pub y: u16,
+    /// Size: 2^level pixels, clipped at the image's border.
+    pub level: u8,
+    count: u8,
+    first: u32,
+}
+
+impl Cell {
+    /// The pixels that the cell covers in an image of this size: `(x0, y0, x1, y1)`, ends excluded.
+    #[inline]
+    pub fn pixels(&self, width: u32, height: u32) -> (u32, u32, u32, u32) {
+        let size = 1u32 << self.level;
+        let (x, y) = (u32::from(self.x) << self.level, u32::from(self.y) << self.level);
+        (x, y, (x + size).min(width), (y + size).min(height))
+    }
+}
+
+/// Fragments of one light in one frame. Reused from frame to frame: nothing is freed.
+///
+/// Every receiver pixel lies in exactly one cell. Cells refer to samples by index, so that centre samples, additional
+/// samples and corners shared between cells all fit; a cell's first sample is the one that stands for it as a whole.
+#[derive(Debug, Default)]
+pub struct Fragments {
+    width: u32,
+    height: u32,
+    light: u32,
+    samples: Vec<Sample>,
+    cells: Vec<Cell>,
+    cell_samples: Vec<u32>,
+    batches: Vec<MaskBatch>,
+    used: usize,
+}
+
+impl Fragments {
+    /// Forgets everything but the memory.
+    pub fn reset(&mut self, width: u32, height: u32, light: u32) {
+        (self.width, self.height, self.light) = (width, height, light);
+        self.samples.clear();
+        self.cells.clear();
+        self.cell_samples.clear();
+        self.used = 0;
+    }
+
+    /// Opens an empty batch and returns its index. Queries that samples refer to stay in it until the next frame.
+    pub fn open_batch(&mut self, pattern: Pattern, purpose: Purpose) -> u16 {
+        if self.used == self.batches.len() {
+            self.batches.push(MaskBatch::default());
+        }
+        self.batches[self.used].reset(self.light, pattern, purpose);
+        self.used += 1;
+        (self.used - 1) as u16
+    }
+
+    /// A batch opened this frame.
+    pub fn batch(&self, index: u16) -> &MaskBatch {
+        &self.batches[usize::from(index)]
+    }
+
+    /// A batch opened this frame, to fill or to have answered.
+    pub fn batch_mut(&mut self, index: u16) -> &mut MaskBatch {
+        &mut self.batches[usize::from(index)]
+    }
+
+    /// Adds a sample and returns its index.
+    pub fn push_sample(&mut self, sample: Sample) -> u32 {
+        self.samples.push(sample);
+        (self.samples.len() - 1) as u32
+    }
+
+    /// Adds a cell with the samples that it takes its values from.
+    pub fn push_cell(&mut self, level: u8, x: u32, y: u32, samples: &[u32]) {
+        let first = self.cell_samples.len() as u32;
+        self.cell_samples.extend_from_slice(samples);
+        self.cells.push(Cell { x: x as u16, y: y as u16, level, count: samples.len() as u8, first });
+    }
+
+    /// Image width in pixels.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Image height in pixels.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// Index of the light in the scene.
+    pub fn light(&self) -> u32 {
+        self.light
+    }
+
+    /// All samples.
+    pub fn samples(&self) -> &[Sample] {
+        &self.samples
+    }
+
+    /// All cells.
+    pub fn cells(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    /// Indices of the samples of a cell.
+    #[inline]
+    pub fn cell_samples(&self, cell: &Cell) -> &[u32] {
+        &self.cell_samples[cell.first as usize..cell.first as usize + usize::from(cell.count)]
+    }
+
+    /// Number of samples of each level: what is reported as fragments.
+    pub fn per_level(&self) -> [u64; LEVELS] {
+        let mut counts = [0; LEVELS];
+        for sample in &self.samples {
+            counts[usize::from(sample.level).min(LEVELS - 1)] += 1;
+        }
+        counts
+    }
+
+    /// Writes, for every pixel, the index of the cell that it lies in (`u32::MAX`: none).
+    pub fn owners(&self, owners: &mut Vec<u32>) {
+        owners.clear();
+        owners.resize(self.width as usize * self.height as usize, u32::MAX);
+        for (index, cell) in self.cells.iter().enumerate() {
+            let (x0, y0, x1, y1) = cell.pixels(self.width, self.height);
+            for y in y0..y1 {
+                let row = y as usize * self.width as usize;
+                owners[row + x0 as usize..row + x1 as usize].fill(index as u32);
+            }
+        }
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.samples.capacity() * size_of::<Sample>()
+            + self.cells.capacity() * size_of::<Cell>()
+            + self.cell_samples.capacity() * 4
+            + self.batches.iter().map(MaskBatch::bytes).sum::<usize>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_are_clipped_at_the_border_and_share_samples() {
+        let mut fragments = Fragments::default();
+        fragments.reset(5, 3, 0);
+        let sample = Sample { x: 2.0, y: 2.0, pixel: 0, level: 2, probes: 0, batch: 0, first: 0 };
+        let shared = fragments.push_sample(sample);
+        fragments.push_cell(2, 0, 0, &[shared]);
+        fragments.push_cell(2, 1, 0, &[shared]);
+        let mut owners = Vec::new();
+        fragments.owners(&mut owners);
+        assert_eq!(owners, [0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
+        assert_eq!(fragments.cell_samples(&fragments.cells()[1]), [shared]);
+        assert_eq!(fragments.per_level()[2], 1);
+    }
+}

@@ -1,0 +1,87 @@
+//! The three seams: refiner, visibility backend and upsampler.
+//!
+//! All are object-safe and work on batches. `&mut self` is for buffers that are kept from frame to frame; a stage's answer
+//! depends on its configuration and arguments alone.
+
+use crate::fragment::Fragments;
+use crate::frame::Frame;
+use crate::mask::MaskBatch;
+use crate::pattern::Pattern;
+
+/// A combination of stages that cannot work.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{stage} cannot answer {pattern:?} patterns: {reason}")]
+#[non_exhaustive]
+pub struct Unsupported {
+    /// Name of the stage that refuses.
+    pub stage: String,
+    /// What it was asked for.
+    pub pattern: Pattern,
+    /// Why, and what would work.
+    pub reason: String,
+}
+
+impl Unsupported {
+    /// A refusal by `stage` to answer `pattern`.
+    pub fn new(stage: impl Into<String>, pattern: Pattern, reason: impl Into<String>) -> Self {
+        Self { stage: stage.into(), pattern, reason: reason.into() }
+    }
+}
+
+/// Decides which fragments an image is made of, asking for visibility as often as it needs.
+pub trait Refiner: Send {
+    /// Fills `fragments`, which has been reset, for one light. Every receiver pixel must end up in exactly one cell.
+    fn refine(
+        &mut self,
+        frame: &Frame,
+        light: u32,
+        visibility: &mut dyn Visibility,
+        fragments: &mut Fragments,
+    );
+
+    /// The patterns that it will ask for when a full mask has pattern `full`, so that a backend can refuse when the
+    /// pipeline is built instead of in the middle of a frame.
+    fn patterns(&self, full: Pattern) -> Vec<Pattern> {
+        vec![full]
+    }
+
+    /// Bytes held in buffers of its own.
+    fn bytes(&self) -> usize {
+        0
+    }
+}
+
+/// Answers which light samples receivers see.
+pub trait Visibility: Send {
+    /// Writes `visible` for every wanted sample of every query. A sample is visible when the open segment from the query's
+    /// origin to the sample meets no triangle. Samples below a horizon have been taken out of `wanted` beforehand.
+    fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch);
+
+    /// Whether it can answer queries with this pattern.
+    ///
+    /// # Errors
+    /// A refusal that says why.
+    fn supports(&self, _pattern: Pattern) -> Result<(), Unsupported> {
+        Ok(())
+    }
+
+    /// Work that is done once a frame, before the first batch (voxels, triangle bins).
+    fn prepare(&mut self, _frame: &Frame) {}
+
+    /// Bytes held in buffers of its own.
+    fn bytes(&self) -> usize {
+        0
+    }
+}
+
+/// Turns values at samples into one value a pixel.
+pub trait Upsampler: Send {
+    /// Writes `out`, one value a pixel, from `values`, one a sample of `fragments`. `None` is a value that does not
+    /// exist: the visible fraction of a light that lies below the sample's horizon. Pixels outside all cells get 0.
+    fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[Option<f32>], out: &mut [f32]);
+
+    /// Bytes held in buffers of its own.
+    fn bytes(&self) -> usize {
+        0
+    }
+}
