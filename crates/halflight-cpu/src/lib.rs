@@ -1,1 +1,4 @@
-//! Halflight.
+//! The stages of Halflight on the CPU: the definition of correct.
+
+pub mod bvh;
+pub mod upsample;

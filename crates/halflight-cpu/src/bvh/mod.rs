@@ -1,0 +1,1 @@
+//! Triangle hierarchy and shadow-ray packets.

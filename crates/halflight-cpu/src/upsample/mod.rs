@@ -1,0 +1,1 @@
+//! Upsamplers: fragments to one value a pixel.
