@@ -165,10 +165,10 @@ impl MaskBatch {
         BatchParts { queries: &self.queries, wanted: &self.wanted, visible: &mut self.visible }
     }
 
-    /// Queries and wanted samples, the latter writable: where samples below a horizon are taken out before a backend
-    /// sees the batch, and known bits by refiners that reuse them.
-    pub fn wanted_mut(&mut self) -> (&[Query], &mut [u64]) {
-        (&self.queries, &mut self.wanted)
+    /// Queries, wanted samples and answers, all writable: for culling samples below a horizon before a backend sees the
+    /// batch, and for refiners that reuse bits they know already.
+    pub fn slots_mut(&mut self) -> (&mut [Query], &mut [u64], &mut [u64]) {
+        (&mut self.queries, &mut self.wanted, &mut self.visible)
     }
 
     /// Bytes held, used or not.

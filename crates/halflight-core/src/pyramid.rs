@@ -18,10 +18,10 @@ pub struct PyramidLevel {
     pub receivers: Vec<bool>,
 }
 
-/// Levels 0 (pixels) to [`MAX_LEVEL`].
+/// Levels from 1 (2 × 2 pixels) to the coarsest that the refiner looks at; a single pixel has no break inside.
 #[derive(Clone, Debug, Default)]
 pub struct Pyramid {
-    /// The levels, finest first.
+    /// The levels, level 1 first.
     pub levels: Vec<PyramidLevel>,
 }
 
@@ -34,9 +34,9 @@ impl PyramidLevel {
 }
 
 impl Pyramid {
-    /// The level's cells, or those of the coarsest level there is.
-    pub fn level(&self, level: u8) -> &PyramidLevel {
-        &self.levels[usize::from(level).min(self.levels.len() - 1)]
+    /// Level `level` ≥ 1, or `None` where it was not built.
+    pub fn level(&self, level: u8) -> Option<&PyramidLevel> {
+        self.levels.get(usize::from(level).checked_sub(1)?)
     }
 
     /// Bytes held.

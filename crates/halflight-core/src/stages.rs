@@ -7,6 +7,7 @@ use crate::fragment::Fragments;
 use crate::frame::Frame;
 use crate::mask::MaskBatch;
 use crate::pattern::Pattern;
+use crate::pyramid::MAX_LEVEL;
 
 /// A combination of stages that cannot work.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -43,6 +44,11 @@ pub trait Refiner: Send {
     /// pipeline is built instead of in the middle of a frame.
     fn patterns(&self, full: Pattern) -> Vec<Pattern> {
         vec![full]
+    }
+
+    /// The coarsest level of the discontinuity pyramid that it looks at; 0 for none, and none is built.
+    fn coarsest_level(&self) -> u8 {
+        MAX_LEVEL
     }
 
     /// Bytes held in buffers of its own.

@@ -1,1 +1,109 @@
-//! Triangle hierarchy and shadow-ray packets.
+//! Ray-traced visibility: a bounding-volume hierarchy over the scene's triangles, and rays that travel through it in
+//! bundles.
+//!
+//! obvhs builds the hierarchy; [`layout`] flattens it into nodes of eight children and blocks of eight triangles. One
+//! predicate ([`facet`]) says whether a ray meets a triangle, one box test ([`slab`]) whether it enters a node; bundles
+//! ([`bundle`]) and single rays ([`single`]) use the same two, so they agree hit for hit.
+
+mod bundle;
+mod facet;
+mod layout;
+mod rays;
+mod single;
+mod slab;
+mod vector;
+
+use std::time::{Duration, Instant};
+
+use halflight_core::scene::{Mesh, MeshError};
+
+pub use rays::BvhRays;
+
+pub(crate) use bundle::{Bundle, Hits};
+pub(crate) use facet::barycentric;
+use layout::{Block, Node};
+
+/// Entries of a traversal stack.
+const STACK: usize = 512;
+
+/// Why no hierarchy can be built over a mesh.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BvhError {
+    /// The mesh contradicts itself.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// Products of coordinates would overflow.
+    #[error("vertex {vertex} lies {} or more from the origin, too far for single precision", Bvh::MAX_COORDINATE)]
+    Extent {
+        /// The vertex.
+        vertex: usize,
+    },
+    /// The geometry is nested more deeply than the traversal stacks can follow.
+    #[error("the hierarchy is {depth} levels deep, more than the {max} that can be traversed", max = Bvh::MAX_DEPTH)]
+    Depth {
+        /// Levels of the hierarchy.
+        depth: usize,
+    },
+}
+
+/// A bounding-volume hierarchy over the triangles of one mesh.
+#[derive(Debug)]
+pub struct Bvh {
+    nodes: Vec<Node>,
+    blocks: Vec<Block>,
+    /// What all boxes are enlarged by, metres.
+    padding: f32,
+    triangle_count: usize,
+    build_time: Duration,
+}
+
+impl Bvh {
+    /// The largest coordinate: cubes of it stay finite in single precision.
+    pub const MAX_COORDINATE: f32 = 1e12;
+    /// Levels that the traversal stacks have room for: each can leave seven siblings behind.
+    pub const MAX_DEPTH: usize = (STACK - 8) / 7;
+
+    /// Builds the hierarchy. A mesh without triangles is fine: nothing hits it.
+    ///
+    /// # Errors
+    /// The mesh does not validate, or is too large or too deeply nested to be traversed.
+    pub fn build(mesh: &Mesh) -> Result<Self, BvhError> {
+        let start = Instant::now();
+        mesh.validate()?;
+        if let Some(vertex) = mesh.positions.iter().position(|p| p.abs().max_element() >= Self::MAX_COORDINATE) {
+            return Err(BvhError::Extent { vertex });
+        }
+        let (low, high) = mesh.bounds().unwrap_or_default();
+        let largest = low.abs().max(high.abs()).max_element();
+        // Edges and boxes are wrong by a few units in the last place of the distance to the ray's origin, which lies
+        // on or near the geometry; far from the world's origin the boxes' own coordinates are coarser still.
+        let padding = ((high - low).length() * 2f32.powi(-17)).max(largest * 2f32.powi(-21));
+        let (nodes, blocks, depth) = layout::build(mesh, padding);
+        if depth > Self::MAX_DEPTH {
+            return Err(BvhError::Depth { depth });
+        }
+        Ok(Self {
+            nodes,
+            blocks,
+            padding,
+            triangle_count: mesh.triangle_count(),
+            build_time: start.elapsed(),
+        })
+    }
+
+    /// How long building took.
+    pub fn build_time(&self) -> Duration {
+        self.build_time
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.nodes.capacity() * size_of::<Node>() + self.blocks.capacity() * size_of::<Block>()
+    }
+
+    /// Number of triangles.
+    pub fn triangle_count(&self) -> usize {
+        self.triangle_count
+    }
+}
