@@ -1,1 +1,44 @@
-//! Halflight.
+//! How far is one rendered image from another?
+//!
+//! * [`compare`] sets an image against a reference and returns every error measure the project reports, as one
+//!   serialisable [`Comparison`]. `nmse2` is the one its targets are stated in.
+//! * [`halves_noise`] estimates the error that is left in a reference, from two independent halves of it.
+//! * [`error_map`] and [`squared_error_picture`] show where the error lies, at a scale fixed by the caller.
+//! * [`check_close`] is the project's only approximate comparison for tests.
+//! * [`tone_map`], [`write_png`] and [`write_atomically`] put pictures on disk.
+//!
+//! Images are borrowed: linear RGB in rows from the top left, with an optional mask naming the pixels that take
+//! part (for rendered images the receivers: no sky, no emitters). The crate knows nothing of scenes or renderers.
+//! Sums are taken in `f64` and in pixel order, so that a figure does not depend on the number of threads.
+//!
+//! ```
+//! use glam::Vec3;
+//! use halflight_metrics::{Image, compare};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let reference = [Vec3::splat(1.0), Vec3::splat(2.0)];
+//! let rendered = [Vec3::splat(1.0), Vec3::splat(2.5)];
+//! let errors = compare(Image::new(2, 1, &rendered)?, Image::new(2, 1, &reference)?)?;
+//! assert_eq!(errors.sse, 0.75); // 3 channels × 0.5²
+//! assert_eq!(errors.nmse2, 0.05); // over 3 × (1² + 2²)
+//! # Ok(())
+//! # }
+//! ```
+
+mod close;
+mod color;
+mod compare;
+mod filter;
+mod flip;
+mod map;
+mod output;
+mod pair;
+mod ssim;
+mod view;
+
+pub use close::{Mismatch, Tolerance, check_close};
+pub use compare::{Comparison, compare, halves_noise};
+pub use map::{ErrorMap, error_map, squared_error_picture};
+pub use output::{WriteError, tone_map, write_atomically, write_png};
+pub use pair::{CompareError, Role};
+pub use view::{Image, ImageError, ShapeMismatch};

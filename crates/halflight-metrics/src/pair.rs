@@ -1,0 +1,131 @@
+//! An image and its reference, checked once so that the measures themselves cannot fail.
+
+use std::fmt;
+
+use glam::{DVec3, Vec3};
+use thiserror::Error;
+
+use crate::view::{Image, ShapeMismatch};
+
+/// Which of the two images an error speaks of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// The image under test.
+    Image,
+    /// The image it is measured against.
+    Reference,
+}
+
+impl fmt::Display for Role {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Image => "image",
+            Self::Reference => "reference",
+        })
+    }
+}
+
+/// Why two images have no error figure.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum CompareError {
+    /// Sizes or masks differ.
+    #[error(transparent)]
+    Shape(#[from] ShapeMismatch),
+    /// A pixel that takes part is NaN or infinite.
+    #[error("pixel ({x}, {y}) of the {role} is not finite: [{}, {}, {}]", value.x, value.y, value.z)]
+    NotFinite {
+        /// The image the pixel belongs to.
+        role: Role,
+        /// Column.
+        x: u32,
+        /// Row.
+        y: u32,
+        /// The pixel's linear RGB value.
+        value: Vec3,
+    },
+    /// The mask leaves no pixel.
+    #[error("no pixel takes part in the comparison: the mask is false everywhere")]
+    NoPixels,
+    /// Relative errors against black are undefined.
+    #[error("the reference is zero at every pixel that takes part, so relative errors are undefined")]
+    ZeroReference,
+}
+
+/// Two images of one size whose unmasked pixels are finite, with a reference that is not all zero.
+pub(crate) struct Pair<'a> {
+    pub(crate) width: usize,
+    image: &'a [Vec3],
+    reference: &'a [Vec3],
+    mask: Option<&'a [bool]>,
+    /// How many pixels take part.
+    pub(crate) count: usize,
+    /// Largest absolute channel value of the reference: what both images are divided by.
+    pub(crate) peak: f64,
+}
+
+impl<'a> Pair<'a> {
+    pub(crate) fn new(image: Image<'a>, reference: Image<'a>) -> Result<Self, CompareError> {
+        let mask = image.common_mask(&reference)?;
+        let mut pair = Self {
+            width: image.width() as usize,
+            image: image.pixels(),
+            reference: reference.pixels(),
+            mask,
+            count: 0,
+            peak: 0.0,
+        };
+        let (mut count, mut peak) = (0, 0.0_f32);
+        for i in pair.indices() {
+            for (role, value) in [(Role::Image, pair.image[i]), (Role::Reference, pair.reference[i])] {
+                if !value.is_finite() {
+                    let (x, y) = image.position(i);
+                    return Err(CompareError::NotFinite { role, x, y, value });
+                }
+            }
+            count += 1;
+            peak = peak.max(pair.reference[i].abs().max_element());
+        }
+        if count == 0 {
+            return Err(CompareError::NoPixels);
+        }
+        if peak == 0.0 {
+            return Err(CompareError::ZeroReference);
+        }
+        (pair.count, pair.peak) = (count, f64::from(peak));
+        Ok(pair)
+    }
+
+    /// Pixels in the image, masked ones included.
+    pub(crate) fn len(&self) -> usize {
+        self.reference.len()
+    }
+
+    pub(crate) fn takes_part(&self, index: usize) -> bool {
+        self.mask.is_none_or(|mask| mask[index])
+    }
+
+    /// Indices of the pixels that take part, in order.
+    pub(crate) fn indices(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.len()).filter(|&i| self.takes_part(i))
+    }
+
+    /// Image and reference values of the pixels that take part, in order.
+    pub(crate) fn values(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
+        self.indices().map(|i| (self.image[i].as_dvec3(), self.reference[i].as_dvec3()))
+    }
+
+    /// One value for each pixel of the picture from image and reference divided by the peak; `masked` elsewhere.
+    pub(crate) fn map_relative<T: Clone>(&self, masked: T, value: impl Fn(DVec3, DVec3) -> T) -> Vec<T> {
+        let mut out = vec![masked; self.len()];
+        for i in self.indices() {
+            out[i] = value(self.image[i].as_dvec3() / self.peak, self.reference[i].as_dvec3() / self.peak);
+        }
+        out
+    }
+
+    /// Mean over the pixels that take part, summed in order.
+    pub(crate) fn mean(&self, values: &[f64]) -> f64 {
+        self.indices().map(|i| values[i]).sum::<f64>() / self.count as f64
+    }
+}
