@@ -256,7 +256,7 @@ mod tests {
             let found = mean(&image, &reference, width);
             // The authors work in `f32`: their detectors' taps do not quite cancel, a response of some 1e-8 on a flat
             // image, whose root the exponent ½ takes. That moves a mean by up to 5e-5; all other deviations found are
-            // below 1e-5, while leaving a step out moves one by 1e-3 or more.
+            // below 1e-5, while leaving out a step or altering a constant moves some by 1e-3 or more.
             assert!((found - expected).abs() < 1e-4, "{case} {width}×{height}: {found} is not {expected}");
         }
     }

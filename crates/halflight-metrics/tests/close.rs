@@ -1,5 +1,7 @@
 //! The approximate comparison: what it lets pass, and what it must not.
 
+#![allow(clippy::unwrap_used, reason = "a helper of a test may fail it")]
+
 use glam::Vec3;
 use halflight_metrics::{Image, Mismatch, ShapeMismatch, Tolerance, check_close};
 

@@ -1,5 +1,7 @@
 //! Each measure against its closed form, its invariances, and images it must tell apart.
 
+#![allow(clippy::unwrap_used, reason = "a helper of a test may fail it")]
+
 use glam::Vec3;
 use halflight_metrics::{
     CompareError, Comparison, Image, ImageError, Role, ShapeMismatch, compare, halves_noise,

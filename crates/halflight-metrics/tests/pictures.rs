@@ -1,5 +1,7 @@
 //! Error maps, tone mapping and files.
 
+#![allow(clippy::unwrap_used, reason = "a helper of a test may fail it")]
+
 use std::{
     fs, io,
     io::Write,
