@@ -254,9 +254,10 @@ mod tests {
             let reference = linear(width, height, reference);
             let image = linear(width, height, |x, y| distorted(case, x, y));
             let found = mean(&image, &reference, width);
-            // The authors work in `f32`: their detectors' taps do not quite cancel, a response of some 1e-8 on a flat
-            // image, whose root the exponent ½ takes. That moves a mean by up to 5e-5; all other deviations found are
-            // below 1e-5, while leaving out a step or altering a constant moves some by 1e-3 or more.
+            // The four 1×1 means are off by up to 5e-5, all as a feature difference of 1e-4 would have it: the authors
+            // work in `f32`, where the detectors' taps evidently cancel to some 1e-8 only, of which the exponent ½
+            // takes the root. All other deviations are below 1e-5, while leaving out a step or altering a constant
+            // moves some mean by 1e-3 or more.
             assert!((found - expected).abs() < 1e-4, "{case} {width}×{height}: {found} is not {expected}");
         }
     }
