@@ -107,6 +107,18 @@ fn clipped(corners: &[DVec3; 4], origin: DVec3, normal: DVec3) -> f64 {
     0.5 * sum
 }
 
+/// Coefficients of `atan(t)/t − 1` in powers of t².
+const SERIES: [f64; 13] = {
+    let mut series = [0.0; 13];
+    let mut term = 0;
+    while term < series.len() {
+        let sign = if term % 2 == 0 { -1.0 } else { 1.0 };
+        series[term] = sign / (2 * term + 3) as f64;
+        term += 1;
+    }
+    series
+};
+
 /// `atan2(sine, cosine) / sine` for `sine ≥ 0`: the angle between two vectors over the length of their cross product.
 ///
 /// The argument of the arctangent is brought to 0 … tan(π/8), where 14 terms of its series are good to 1e-12.
@@ -141,13 +153,7 @@ fn angle_over_sine(sine: f64, cosine: f64) -> f64 {
     };
     let t = numerator / denominator.max(f64::MIN_POSITIVE);
     let z = t * t;
-    let mut series = 0.0;
-    let mut term = 13;
-    while term > 0 {
-        let sign = if term % 2 == 0 { 1.0 } else { -1.0 };
-        series = (series + sign / (2 * term + 1) as f64) * z;
-        term -= 1;
-    }
+    let series = SERIES.iter().rev().fold(0.0, |sum, &coefficient| (sum + coefficient) * z);
     let atan = base + t * (1.0 + series);
     let angle = if cosine < 0.0 { PI - atan } else { atan };
     // For a tiny sine the quotient is computed from the series alone, without dividing 0 by 0.

@@ -1,0 +1,443 @@
+//! The one place that states the order of the stages.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::Vec3;
+use halflight_core::fragment::Fragments;
+use halflight_core::frame::{Frame, LightSampling};
+use halflight_core::gbuffer::GBuffer;
+use halflight_core::light::{AreaLight, LightError};
+use halflight_core::mask::{MaskBatch, Purpose};
+use halflight_core::pattern::{Pattern, PatternError};
+use halflight_core::pyramid::Pyramid;
+use halflight_core::scene::{MeshError, Scene};
+use halflight_core::stages::{Refiner, Unsupported, Upsampler, Visibility};
+use halflight_core::stats::{FrameStats, RayCounts};
+
+use crate::bvh::{Bvh, BvhRays};
+use crate::compose::{self, Totals};
+use crate::irradiance::{self, Shading};
+use crate::refine::SfvtGass;
+use crate::upsample::RbfRobust;
+use crate::{gbuffer, horizon, pyramid};
+
+/// The widest and highest image: cells hold their place in 16 bits.
+pub const MAX_SIZE: u32 = 32_768;
+
+/// Why a pipeline cannot be built or a frame not be rendered.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PipelineError {
+    /// The image has no pixels or is too large.
+    #[error("an image of {width}x{height} pixels cannot be rendered: both sides must be 1 to {MAX_SIZE}")]
+    Size {
+        /// Width asked for.
+        width: u32,
+        /// Height asked for.
+        height: u32,
+    },
+    /// The scene has no light.
+    #[error("the scene has no light")]
+    NoLight,
+    /// A light cannot be used.
+    #[error(transparent)]
+    Light(#[from] LightError),
+    /// The mesh is inconsistent.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// The camera looks nowhere.
+    #[error("the camera cannot be used: {0}")]
+    Camera(&'static str),
+    /// The number of light samples is out of range.
+    #[error(transparent)]
+    Pattern(#[from] PatternError),
+    /// The stages do not fit together.
+    #[error(transparent)]
+    Unsupported(#[from] Unsupported),
+    /// Worker threads could not be started.
+    #[error("worker threads could not be started: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+}
+
+/// Chooses stages and settings; every one has a default.
+pub struct PipelineBuilder {
+    scene: Arc<Scene>,
+    bvh: Arc<Bvh>,
+    size: (u32, u32),
+    refiner: Box<dyn Refiner>,
+    visibility: Box<dyn Visibility>,
+    upsampler: Box<dyn Upsampler>,
+    shading: Shading,
+    sampling: LightSampling,
+    seed: u32,
+    threads: Option<usize>,
+    layers: bool,
+}
+
+impl PipelineBuilder {
+    /// Image size in pixels; 640 × 480 by default.
+    pub fn size(mut self, width: u32, height: u32) -> Self {
+        self.size = (width, height);
+        self
+    }
+
+    /// The refiner; [`SfvtGass`] by default.
+    pub fn refiner(mut self, refiner: impl Refiner + 'static) -> Self {
+        self.refiner = Box::new(refiner);
+        self
+    }
+
+    /// The visibility backend; [`BvhRays`] by default.
+    pub fn visibility(mut self, visibility: impl Visibility + 'static) -> Self {
+        self.visibility = Box::new(visibility);
+        self
+    }
+
+    /// The upsampler; [`RbfRobust`] by default.
+    pub fn upsampler(mut self, upsampler: impl Upsampler + 'static) -> Self {
+        self.upsampler = Box::new(upsampler);
+        self
+    }
+
+    /// The refiner, already boxed.
+    pub fn boxed_refiner(mut self, refiner: Box<dyn Refiner>) -> Self {
+        self.refiner = refiner;
+        self
+    }
+
+    /// The upsampler, already boxed.
+    pub fn boxed_upsampler(mut self, upsampler: Box<dyn Upsampler>) -> Self {
+        self.upsampler = upsampler;
+        self
+    }
+
+    /// What is interpolated; [`Shading::Ratio`] by default.
+    pub fn shading(mut self, shading: Shading) -> Self {
+        self.shading = shading;
+        self
+    }
+
+    /// Light samples: how many, placed how, shared by whom.
+    pub fn sampling(mut self, sampling: LightSampling) -> Self {
+        self.sampling = sampling;
+        self
+    }
+
+    /// Seed of all randomness; 0 by default.
+    pub fn seed(mut self, seed: u32) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// Worker threads of the pipeline's own; by default rayon's global ones. The image does not depend on it.
+    pub fn threads(mut self, threads: usize) -> Self {
+        self.threads = Some(threads);
+        self
+    }
+
+    /// Also fill the layers of [`Image`] that cost time: `visibility` and `level`.
+    pub fn layers(mut self, layers: bool) -> Self {
+        self.layers = layers;
+        self
+    }
+
+    /// Checks that everything fits together.
+    ///
+    /// # Errors
+    /// The first thing that does not; see [`PipelineError`].
+    pub fn build(self) -> Result<Pipeline, PipelineError> {
+        let (width, height) = self.size;
+        if !(1..=MAX_SIZE).contains(&width) || !(1..=MAX_SIZE).contains(&height) {
+            return Err(PipelineError::Size { width, height });
+        }
+        if self.scene.lights.is_empty() {
+            return Err(PipelineError::NoLight);
+        }
+        for (index, light) in self.scene.lights.iter().enumerate() {
+            light.validate(index)?;
+        }
+        self.scene.mesh.validate()?;
+        check_camera(&self.scene)?;
+        let pattern = self.sampling.pattern()?;
+        for pattern in self.refiner.patterns(pattern) {
+            self.visibility.supports(pattern)?;
+        }
+        let pool = match self.threads {
+            Some(threads) => Some(rayon::ThreadPoolBuilder::new().num_threads(threads).build()?),
+            None => None,
+        };
+        let state = State { builder: self, pattern, index: 0, buffers: Buffers::default(), image: Image::default() };
+        Ok(Pipeline { state, pool })
+    }
+}
+
+fn check_camera(scene: &Scene) -> Result<(), PipelineError> {
+    let camera = &scene.camera;
+    let view = camera.target - camera.eye;
+    if ![camera.eye, camera.target, camera.up].iter().all(|v| v.is_finite()) {
+        return Err(PipelineError::Camera("a value is not finite"));
+    }
+    if view.length_squared() == 0.0 {
+        return Err(PipelineError::Camera("eye and target are the same point"));
+    }
+    if view.normalize_or_zero().cross(camera.up.normalize_or_zero()).length_squared() < 1e-12 {
+        return Err(PipelineError::Camera("up is zero or points along the view"));
+    }
+    if !(camera.fov_y_deg > 0.0 && camera.fov_y_deg < 180.0) {
+        return Err(PipelineError::Camera("fov_y_deg must lie between 0 and 180"));
+    }
+    Ok(())
+}
+
+/// What a frame comes out as. All layers are row by row from the top left.
+#[derive(Clone, Debug, Default)]
+pub struct Image {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Irradiance per channel, W/m²; zero where nothing is seen.
+    pub irradiance: Vec<Vec3>,
+    /// Visible part of the unshadowed light, `ΣUF/ΣU` by luminance; empty unless layers were asked for.
+    pub visibility: Vec<f32>,
+    /// Level of the fragment each pixel lies in, the finest over the lights; `u8::MAX` where nothing is seen; empty
+    /// unless layers were asked for.
+    pub level: Vec<u8>,
+    /// Times and counts.
+    pub stats: FrameStats,
+}
+
+/// Buffers that live as long as the pipeline.
+#[derive(Default)]
+struct Buffers {
+    gbuffer: GBuffer,
+    pyramid: Pyramid,
+    fragments: Fragments,
+    values: Vec<Option<f32>>,
+    plane: Vec<f32>,
+    totals: Totals,
+}
+
+/// A renderer for one scene, ready for one frame after another.
+pub struct Pipeline {
+    state: State,
+    pool: Option<rayon::ThreadPool>,
+}
+
+struct State {
+    builder: PipelineBuilder,
+    pattern: Pattern,
+    index: u32,
+    buffers: Buffers,
+    image: Image,
+}
+
+impl Pipeline {
+    /// Starts choosing stages for a scene whose hierarchy has been built.
+    pub fn builder(scene: Arc<Scene>, bvh: Arc<Bvh>) -> PipelineBuilder {
+        PipelineBuilder {
+            scene,
+            visibility: Box::new(BvhRays::new(Arc::clone(&bvh))),
+            bvh,
+            size: (640, 480),
+            refiner: Box::new(SfvtGass::default()),
+            upsampler: Box::new(RbfRobust::default()),
+            shading: Shading::default(),
+            sampling: LightSampling::default(),
+            seed: 0,
+            threads: None,
+            layers: false,
+        }
+    }
+
+    /// Renders the next frame. Frames differ in their light samples, if these are random at all.
+    ///
+    /// # Errors
+    /// A refiner asked for a pattern that it had not announced and the backend cannot answer.
+    pub fn render(&mut self) -> Result<&Image, PipelineError> {
+        let Self { state, pool } = self;
+        match pool {
+            Some(pool) => pool.install(|| state.render())?,
+            None => state.render()?,
+        }
+        Ok(&self.state.image)
+    }
+
+    /// The last frame's image.
+    pub fn image(&self) -> &Image {
+        &self.state.image
+    }
+
+    /// The last frame's G-buffer.
+    pub fn gbuffer(&self) -> &GBuffer {
+        &self.state.buffers.gbuffer
+    }
+
+    /// The last frame's fragments, those of the last light.
+    pub fn fragments(&self) -> &Fragments {
+        &self.state.buffers.fragments
+    }
+
+    /// Number of the next frame.
+    pub fn frame_index(&self) -> u32 {
+        self.state.index
+    }
+
+    /// Sets the number of the next frame: the same number, scene and settings give the same image.
+    pub fn set_frame_index(&mut self, index: u32) {
+        self.state.index = index;
+    }
+}
+
+impl State {
+    /// A frame, stage by stage.
+    fn render(&mut self) -> Result<(), PipelineError> {
+        let Self { builder, pattern, index, buffers, image } = self;
+        let PipelineBuilder { scene, bvh, refiner, visibility, upsampler, .. } = builder;
+        let (width, height) = builder.size;
+        let pixels = width as usize * height as usize;
+        let mut stats = FrameStats { peak_bytes: image.stats.peak_bytes, ..FrameStats::default() };
+        let start = Instant::now();
+
+        let mut clock = Instant::now();
+        gbuffer::trace(bvh, scene, width, height, &mut buffers.gbuffer);
+        stats.stages_ms.gbuffer = lap(&mut clock);
+        pyramid::build(&buffers.gbuffer, refiner.coarsest_level(), &mut buffers.pyramid);
+        stats.stages_ms.pyramid = lap(&mut clock);
+
+        let frame = Frame {
+            scene,
+            gbuffer: &buffers.gbuffer,
+            pyramid: &buffers.pyramid,
+            pattern: *pattern,
+            sharing: builder.sampling.sharing,
+            index: *index,
+            seed: builder.seed,
+        };
+        visibility.prepare(&frame);
+        stats.stages_ms.visibility = lap(&mut clock);
+
+        (image.width, image.height) = (width, height);
+        image.irradiance.clear();
+        image.irradiance.resize(pixels, Vec3::ZERO);
+        buffers.plane.resize(pixels, 0.0);
+        if builder.layers {
+            image.level.clear();
+            image.level.resize(pixels, u8::MAX);
+            for plane in [&mut buffers.totals.unshadowed, &mut buffers.totals.visible] {
+                plane.clear();
+                plane.resize(pixels, 0.0);
+            }
+        }
+        for (number, light) in (0..).zip(&scene.lights) {
+            clock = Instant::now();
+            let mut watched = Watched { inner: visibility.as_mut(), light, rays: &mut stats.rays, ms: 0.0, refusal: None };
+            buffers.fragments.reset(width, height, number);
+            refiner.refine(&frame, number, &mut watched, &mut buffers.fragments);
+            let (traced_ms, refusal) = (watched.ms, watched.refusal);
+            if let Some(refusal) = refusal {
+                return Err(refusal.into());
+            }
+            stats.stages_ms.visibility += traced_ms;
+            stats.stages_ms.refine += lap(&mut clock) - traced_ms;
+
+            irradiance::evaluate(&frame, &buffers.fragments, builder.shading, &mut buffers.values);
+            stats.stages_ms.irradiance += lap(&mut clock);
+            upsampler.upsample(&frame, &buffers.fragments, &buffers.values, &mut buffers.plane);
+            stats.stages_ms.upsample += lap(&mut clock);
+
+            let totals = builder.layers.then_some(&mut buffers.totals);
+            let shading = builder.shading;
+            compose::add_light(&buffers.gbuffer, light, shading, &buffers.plane, &mut image.irradiance, totals);
+            stats.stages_ms.compose += lap(&mut clock);
+            for (total, count) in stats.fragments.per_level.iter_mut().zip(buffers.fragments.per_level()) {
+                *total += count;
+            }
+            if builder.layers {
+                merge_levels(&buffers.fragments, &mut image.level);
+            }
+        }
+        stats.total_ms = start.elapsed().as_secs_f64() * 1e3;
+
+        if builder.layers {
+            let totals = buffers.totals.unshadowed.iter().zip(&buffers.totals.visible);
+            image.visibility.clear();
+            image.visibility.extend(totals.map(|(&all, &visible)| if all > 0.0 { visible / all } else { 0.0 }));
+        }
+        stats.fragments.total = stats.fragments.per_level.iter().sum();
+        stats.rays.total = stats.rays.refine + stats.rays.last;
+        let held = bvh.bytes()
+            + buffers.bytes()
+            + refiner.bytes()
+            + visibility.bytes()
+            + upsampler.bytes()
+            + image.irradiance.capacity() * size_of::<Vec3>();
+        stats.peak_bytes = stats.peak_bytes.max(held as u64);
+        image.stats = stats;
+        *index = index.wrapping_add(1);
+        Ok(())
+    }
+}
+
+impl Buffers {
+    fn bytes(&self) -> usize {
+        self.gbuffer.bytes()
+            + self.pyramid.bytes()
+            + self.fragments.bytes()
+            + self.values.capacity() * size_of::<Option<f32>>()
+            + (self.plane.capacity() + self.totals.unshadowed.capacity() + self.totals.visible.capacity()) * 4
+    }
+}
+
+/// Milliseconds since `clock`, which is set to now.
+fn lap(clock: &mut Instant) -> f64 {
+    let now = Instant::now();
+    let ms = (now - *clock).as_secs_f64() * 1e3;
+    *clock = now;
+    ms
+}
+
+fn merge_levels(fragments: &Fragments, levels: &mut [u8]) {
+    for cell in fragments.cells() {
+        let (x0, y0, x1, y1) = cell.pixels(fragments.width(), fragments.height());
+        for y in y0..y1 {
+            let row = (y * fragments.width()) as usize;
+            for level in &mut levels[row + x0 as usize..row + x1 as usize] {
+                *level = cell.level.min(*level);
+            }
+        }
+    }
+}
+
+/// Stands between refiner and backend: culls what lies below a horizon, counts rays, measures time and refuses patterns
+/// that the backend cannot answer.
+struct Watched<'a> {
+    inner: &'a mut dyn Visibility,
+    light: &'a AreaLight,
+    rays: &'a mut RayCounts,
+    ms: f64,
+    refusal: Option<Unsupported>,
+}
+
+impl Visibility for Watched<'_> {
+    fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
+        let start = Instant::now();
+        if let Err(refusal) = self.inner.supports(batch.pattern()) {
+            self.refusal.get_or_insert(refusal);
+            return;
+        }
+        let culled = horizon::cull(self.light, batch);
+        match batch.purpose() {
+            Purpose::Refine => self.rays.refine += culled.traced,
+            Purpose::Final => self.rays.last += culled.traced,
+        }
+        self.rays.skipped += culled.skipped;
+        self.inner.masks(frame, batch);
+        self.ms += start.elapsed().as_secs_f64() * 1e3;
+    }
+
+    fn supports(&self, pattern: Pattern) -> Result<(), Unsupported> {
+        self.inner.supports(pattern)
+    }
+}

@@ -1,0 +1,61 @@
+//! Refiners: which fragments an image is made of.
+
+mod full;
+mod nichols;
+mod place;
+mod sfvt_gass;
+
+pub use full::Full;
+pub use nichols::{Nichols, NicholsConfig};
+pub use sfvt_gass::{SfvtGass, SfvtGassConfig};
+
+use halflight_core::fragment::Sample;
+use halflight_core::pattern::Pattern;
+
+/// When geometry alone splits a fragment. None of the papers gives its thresholds.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GeometryThresholds {
+    /// Depth step between neighbouring pixels, relative to depth, above which a fragment is split. A floor seen at a
+    /// glancing angle has steps of (pixel angle) × distance ÷ eye height, about 0.01 across a hall.
+    pub depth: f32,
+    /// Curvature (chord between neighbouring unit normals) above which a fragment is split; 0.2 is 11°.
+    pub curvature: f32,
+}
+
+impl Default for GeometryThresholds {
+    fn default() -> Self {
+        Self { depth: 0.05, curvature: 0.2 }
+    }
+}
+
+/// A cell that waits to be looked at, in cells of its level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Pending {
+    x: u32,
+    y: u32,
+    /// Must be rendered, whatever its geometry (Nichols10: the coarser result showed an illumination discontinuity).
+    forced: bool,
+}
+
+/// A single-pixel sample made of one query.
+fn pixel_sample(pixel: usize, width: u32, level: u8, batch: u16, query: usize) -> Sample {
+    let (x, y) = (pixel as u32 % width, pixel as u32 / width);
+    Sample {
+        x: x as f32 + 0.5,
+        y: y as f32 + 0.5,
+        pixel: pixel as u32,
+        level,
+        probes: 1,
+        batch,
+        first: query as u32,
+    }
+}
+
+/// Which of four receivers traces a sample when they share a pattern: every other column of every other row, so that each
+/// one's rays spread over the whole light. A pattern of a single row or column is dealt out in turn.
+fn quarter(pattern: Pattern, sample: usize) -> usize {
+    let columns = usize::from(pattern.columns);
+    let (column, row) = (sample % columns, sample / columns);
+    if columns > 1 && pattern.rows > 1 { (column & 1) | (row & 1) << 1 } else { sample & 3 }
+}
