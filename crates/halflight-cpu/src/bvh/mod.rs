@@ -11,6 +11,8 @@ mod layout;
 mod rays;
 mod single;
 mod slab;
+#[cfg(test)]
+mod tests;
 mod vector;
 
 use std::time::{Duration, Instant};
@@ -23,8 +25,10 @@ pub(crate) use bundle::{Bundle, Hits};
 pub(crate) use facet::barycentric;
 use layout::{Block, Node};
 
+use crate::simd::Lanes;
+
 /// Entries of a traversal stack.
-const STACK: usize = 512;
+pub(crate) const STACK: usize = 512;
 
 /// Why no hierarchy can be built over a mesh.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -34,7 +38,10 @@ pub enum BvhError {
     #[error(transparent)]
     Mesh(#[from] MeshError),
     /// Products of coordinates would overflow.
-    #[error("vertex {vertex} lies {} or more from the origin, too far for single precision", Bvh::MAX_COORDINATE)]
+    #[error(
+        "vertex {vertex} lies {} or more from the origin, too far for single precision",
+        Bvh::MAX_COORDINATE
+    )]
     Extent {
         /// The vertex.
         vertex: usize,
@@ -54,6 +61,7 @@ pub struct Bvh {
     blocks: Vec<Block>,
     /// What all boxes are enlarged by, metres.
     padding: f32,
+    diagonal: f32,
     triangle_count: usize,
     build_time: Duration,
 }
@@ -71,14 +79,17 @@ impl Bvh {
     pub fn build(mesh: &Mesh) -> Result<Self, BvhError> {
         let start = Instant::now();
         mesh.validate()?;
-        if let Some(vertex) = mesh.positions.iter().position(|p| p.abs().max_element() >= Self::MAX_COORDINATE) {
+        if let Some(vertex) =
+            mesh.positions.iter().position(|p| p.abs().max_element() >= Self::MAX_COORDINATE)
+        {
             return Err(BvhError::Extent { vertex });
         }
         let (low, high) = mesh.bounds().unwrap_or_default();
         let largest = low.abs().max(high.abs()).max_element();
         // Edges and boxes are wrong by a few units in the last place of the distance to the ray's origin, which lies
         // on or near the geometry; far from the world's origin the boxes' own coordinates are coarser still.
-        let padding = ((high - low).length() * 2f32.powi(-17)).max(largest * 2f32.powi(-21));
+        let diagonal = (high - low).length();
+        let padding = (diagonal * 2f32.powi(-17)).max(largest * 2f32.powi(-21));
         let (nodes, blocks, depth) = layout::build(mesh, padding);
         if depth > Self::MAX_DEPTH {
             return Err(BvhError::Depth { depth });
@@ -87,6 +98,7 @@ impl Bvh {
             nodes,
             blocks,
             padding,
+            diagonal,
             triangle_count: mesh.triangle_count(),
             build_time: start.elapsed(),
         })
@@ -102,8 +114,77 @@ impl Bvh {
         self.nodes.capacity() * size_of::<Node>() + self.blocks.capacity() * size_of::<Block>()
     }
 
+    /// Diagonal of the smallest box around the mesh, metres.
+    pub fn diagonal(&self) -> f32 {
+        self.diagonal
+    }
+
     /// Number of triangles.
     pub fn triangle_count(&self) -> usize {
         self.triangle_count
     }
+}
+
+/// Pushes the children in `mask`, the nearest last, and returns the new height.
+#[inline(always)]
+fn push_near_last<L: Lanes>(
+    node: &Node,
+    mask: u32,
+    enter: L,
+    stack: &mut [u32; STACK],
+    height: usize,
+) -> usize {
+    let mut height = height;
+    let mut left = mask;
+    if left == 0 {
+        return height;
+    }
+    if left & (left - 1) == 0 {
+        stack[height] = node.child(left.trailing_zeros() as usize);
+        return height + 1;
+    }
+    let mut distances = [0.0f32; 8];
+    enter.store(&mut distances);
+    let (mut nearest, mut least) = (0, f32::INFINITY);
+    while left != 0 {
+        let child = left.trailing_zeros() as usize;
+        left &= left - 1;
+        stack[height] = node.child(child);
+        if distances[child] < least {
+            (nearest, least) = (height, distances[child]);
+        }
+        height += 1;
+    }
+    if least < f32::INFINITY {
+        stack.swap(nearest, height - 1);
+    }
+    height
+}
+
+/// Pushes the children in `mask` with the distance of each, nearest last, and returns the new height.
+#[inline(always)]
+fn push_sorted<L: Lanes>(
+    node: &Node,
+    mask: u32,
+    enter: L,
+    stack: &mut [(u32, f32); STACK],
+    height: usize,
+) -> usize {
+    let mut distances = [0.0f32; 8];
+    enter.store(&mut distances);
+    let mut top = height;
+    let mut left = mask;
+    while left != 0 {
+        let child = left.trailing_zeros() as usize;
+        left &= left - 1;
+        let entry = (node.child(child), distances[child]);
+        let mut slot = top;
+        while slot > height && stack[slot - 1].1 < entry.1 {
+            stack[slot] = stack[slot - 1];
+            slot -= 1;
+        }
+        stack[slot] = entry;
+        top += 1;
+    }
+    top
 }

@@ -1,0 +1,301 @@
+//! All rays of one receiver at once.
+//!
+//! The bundle goes through the hierarchy as a whole: a node is entered when any ray between the bounds of its directions
+//! might enter it. For an axis-aligned light that is the exact pyramid from the receiver to the light. At a block the
+//! planes of eight triangles are set up once for all rays, triangles out of the bundle's reach are dropped, and those
+//! that stay meet the rays a vector at a time.
+
+use glam::Vec3;
+
+use super::facet::Facets;
+use super::layout::{Block, Child, boxes};
+use super::slab::{Shaft, enters, inverse};
+use super::vector::Vector;
+use super::{Bvh, STACK};
+use crate::simd::{Lanes, Simd};
+
+/// Rays of a bundle.
+pub(crate) const RAYS: usize = 64;
+
+/// Up to 64 rays from one origin.
+#[derive(Clone)]
+pub(crate) struct Bundle {
+    origin: Vec3,
+    count: usize,
+    d: [[f32; RAYS]; 3],
+    inverse: [[f32; RAYS]; 3],
+    low: Vec3,
+    high: Vec3,
+}
+
+/// The nearest hit of every ray of a bundle.
+pub(crate) struct Hits {
+    /// Ray parameter; infinite for a miss.
+    pub(crate) t: [f32; RAYS],
+    /// Triangle; `u32::MAX` for a miss.
+    pub(crate) triangle: [u32; RAYS],
+}
+
+/// Planes of eight triangles, for picking single ones: three edges, face, each three arrays; then the distance.
+struct Planes {
+    edges: [[[f32; 8]; 3]; 3],
+    face: [[f32; 8]; 3],
+    distance: [f32; 8],
+}
+
+impl Bundle {
+    pub(crate) fn new() -> Self {
+        Self {
+            origin: Vec3::ZERO,
+            count: 0,
+            d: [[0.0; RAYS]; 3],
+            inverse: [[0.0; RAYS]; 3],
+            low: Vec3::ZERO,
+            high: Vec3::ZERO,
+        }
+    }
+
+    /// Starts anew with an origin and no rays.
+    #[inline(always)]
+    pub(crate) fn clear(&mut self, origin: Vec3) {
+        (self.origin, self.count) = (origin, 0);
+    }
+
+    /// Number of rays.
+    #[inline(always)]
+    pub(crate) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Adds a ray unless there are 64.
+    #[inline(always)]
+    pub(crate) fn push(&mut self, d: Vec3) {
+        if self.count < RAYS {
+            for axis in 0..3 {
+                self.d[axis][self.count] = d[axis];
+            }
+            self.count += 1;
+        }
+    }
+
+    /// The direction of a ray.
+    #[inline(always)]
+    pub(crate) fn direction(&self, ray: usize) -> Vec3 {
+        Vec3::new(self.d[0][ray], self.d[1][ray], self.d[2][ray])
+    }
+
+    #[inline(always)]
+    pub(super) fn origin(&self) -> Vec3 {
+        self.origin
+    }
+
+    /// Reciprocals and bounds, once all rays are there. Unused lanes repeat the first ray.
+    #[inline(always)]
+    pub(crate) fn finish<S: Simd>(&mut self) {
+        let width = S::Wide::WIDTH;
+        let filled = self.count.next_multiple_of(width);
+        for axis in 0..3 {
+            for ray in self.count..filled {
+                self.d[axis][ray] = self.d[axis][0];
+            }
+            let first = S::Wide::splat(self.d[axis][0]);
+            let (mut low, mut high) = (first, first);
+            for at in (0..filled).step_by(width) {
+                let d = S::Wide::load(&self.d[axis][at..]);
+                (low, high) = (low.min(d), high.max(d));
+                inverse(d).store(&mut self.inverse[axis][at..]);
+            }
+            let (mut lows, mut highs) = ([0.0f32; 16], [0.0f32; 16]);
+            low.store(&mut lows);
+            high.store(&mut highs);
+            self.low[axis] = lows[..width].iter().fold(f32::INFINITY, |a, &b| a.min(b));
+            self.high[axis] = highs[..width].iter().fold(f32::NEG_INFINITY, |a, &b| a.max(b));
+        }
+    }
+}
+
+impl Hits {
+    pub(crate) fn new() -> Self {
+        Self { t: [f32::INFINITY; RAYS], triangle: [u32::MAX; RAYS] }
+    }
+}
+
+/// The bits of the first `count` rays.
+#[inline(always)]
+fn first(count: usize) -> u64 {
+    if count >= 64 { u64::MAX } else { (1 << count) - 1 }
+}
+
+impl Bvh {
+    /// Which rays of a finished bundle meet a triangle at 0 < t < 1.
+    #[inline(always)]
+    pub(super) fn occluded<S: Simd>(&self, bundle: &Bundle, stack: &mut [u32; STACK]) -> u64 {
+        if self.nodes.is_empty() || bundle.count == 0 {
+            return 0;
+        }
+        let shaft = Shaft::new(bundle.origin, bundle.low, bundle.high);
+        let all = first(bundle.count);
+        let mut alive = all;
+        stack[0] = 0;
+        let mut waiting = 1;
+        while waiting > 0 {
+            waiting -= 1;
+            match Child::decode(stack[waiting]) {
+                Child::Node(index) => {
+                    let node = &self.nodes[index as usize];
+                    let (low, high) = node.bounds::<S::Eight>();
+                    let (mask, enter) = shaft.enters(low, high, 1.0);
+                    waiting = super::push_near_last(node, mask & node.occupied(), enter, stack, waiting);
+                }
+                Child::Block(index) => {
+                    alive = self.shadow_block::<S>(&self.blocks[index as usize], bundle, &shaft, alive);
+                    if alive == 0 {
+                        break;
+                    }
+                }
+            }
+        }
+        all & !alive
+    }
+
+    /// The rays out of `alive` that a block leaves.
+    #[inline(always)]
+    fn shadow_block<S: Simd>(&self, block: &Block, bundle: &Bundle, shaft: &Shaft, mut alive: u64) -> u64 {
+        let (mut within, planes) = self.planes::<S>(block, bundle, shaft, 1.0);
+        let width = S::Wide::WIDTH;
+        let zero = S::Wide::splat(0.0);
+        let origin = Vector::<S::Wide>::splat(bundle.origin);
+        while within != 0 {
+            let lane = within.trailing_zeros() as usize;
+            within &= within - 1;
+            let face = Vector::<S::Wide>::broadcast(&planes.face, lane);
+            let edges = [0, 1, 2].map(|edge| Vector::<S::Wide>::broadcast(&planes.edges[edge], lane));
+            let distance = S::Wide::splat(planes.distance[lane]);
+            for at in (0..bundle.count).step_by(width) {
+                let mut hits = (alive >> at) as u32 & S::Wide::ALL;
+                if hits == 0 {
+                    continue;
+                }
+                let d = Vector::load(&bundle.d, at);
+                hits &= distance.lt(face.dot(d));
+                hits &= zero.le(edges[0].dot(d)) & zero.le(edges[1].dot(d)) & zero.le(edges[2].dot(d));
+                if hits != 0 {
+                    let (low, high) = boxes(&block.triangle_corners(lane), self.padding);
+                    let inverse = Vector::load(&bundle.inverse, at);
+                    hits &= enters(low, high, origin, inverse, S::Wide::splat(1.0)).0;
+                    alive &= !(u64::from(hits) << at);
+                }
+            }
+            if alive == 0 {
+                break;
+            }
+        }
+        alive
+    }
+
+    /// The triangles of a block that a bundle may meet, and the planes of all.
+    #[inline(always)]
+    fn planes<S: Simd>(&self, block: &Block, bundle: &Bundle, shaft: &Shaft, end: f32) -> (u32, Planes) {
+        let corners = block.corners::<S::Eight>();
+        let facets = Facets::new(&corners, Vector::splat(bundle.origin));
+        let mut planes = Planes { edges: [[[0.0; 8]; 3]; 3], face: [[0.0; 8]; 3], distance: [0.0; 8] };
+        let (low, high) = boxes(&corners, self.padding);
+        let within = shaft.meets(&facets) & shaft.enters(low, high, end).0;
+        if within != 0 {
+            for (to, edge) in planes.edges.iter_mut().zip(facets.edges) {
+                edge.store(to, 0);
+            }
+            facets.face.store(&mut planes.face, 0);
+            facets.distance.store(&mut planes.distance);
+        }
+        (within, planes)
+    }
+
+    /// The nearest triangle that each ray of a finished bundle meets at t > 0; of several at the same t the one with
+    /// the lowest index.
+    #[inline(always)]
+    pub(crate) fn nearest<S: Simd>(&self, bundle: &Bundle, stack: &mut [(u32, f32); STACK], hits: &mut Hits) {
+        *hits = Hits::new();
+        if self.nodes.is_empty() || bundle.count == 0 {
+            return;
+        }
+        let shaft = Shaft::new(bundle.origin, bundle.low, bundle.high);
+        let mut end = f32::INFINITY;
+        stack[0] = (0, 0.0);
+        let mut waiting = 1;
+        while waiting > 0 {
+            waiting -= 1;
+            let (child, enter) = stack[waiting];
+            if enter > end {
+                continue;
+            }
+            match Child::decode(child) {
+                Child::Node(index) => {
+                    let node = &self.nodes[index as usize];
+                    let (low, high) = node.bounds::<S::Eight>();
+                    let (mask, enter) = shaft.enters(low, high, end);
+                    waiting = super::push_sorted(node, mask & node.occupied(), enter, stack, waiting);
+                }
+                Child::Block(index) => {
+                    if self.nearest_in_block::<S>(&self.blocks[index as usize], bundle, &shaft, end, hits) {
+                        end = hits.t[..bundle.count].iter().fold(0.0, |a: f32, &t| a.max(t));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether any ray found a nearer hit in a block.
+    #[inline(always)]
+    fn nearest_in_block<S: Simd>(
+        &self,
+        block: &Block,
+        bundle: &Bundle,
+        shaft: &Shaft,
+        end: f32,
+        nearest: &mut Hits,
+    ) -> bool {
+        let (mut within, planes) = self.planes::<S>(block, bundle, shaft, end);
+        let width = S::Wide::WIDTH;
+        let zero = S::Wide::splat(0.0);
+        let origin = Vector::<S::Wide>::splat(bundle.origin);
+        let mut found = false;
+        while within != 0 {
+            let lane = within.trailing_zeros() as usize;
+            within &= within - 1;
+            let face = Vector::<S::Wide>::broadcast(&planes.face, lane);
+            let edges = [0, 1, 2].map(|edge| Vector::<S::Wide>::broadcast(&planes.edges[edge], lane));
+            let distance = S::Wide::splat(planes.distance[lane]);
+            for at in (0..bundle.count).step_by(width) {
+                let d = Vector::load(&bundle.d, at);
+                let mut hits = zero.le(edges[0].dot(d)) & zero.le(edges[1].dot(d)) & zero.le(edges[2].dot(d));
+                if hits == 0 {
+                    continue;
+                }
+                let along = face.dot(d);
+                let t = distance.div(along);
+                let best = S::Wide::load(&nearest.t[at..]);
+                hits &= zero.lt(along) & t.le(best) & t.lt(S::Wide::splat(f32::INFINITY));
+                if hits != 0 {
+                    let (low, high) = boxes(&block.triangle_corners(lane), self.padding);
+                    let inverse = Vector::load(&bundle.inverse, at);
+                    hits &= enters(low, high, origin, inverse, S::Wide::splat(f32::INFINITY)).0;
+                }
+                if hits != 0 {
+                    found = true;
+                    let mut slots = [0.0f32; 16];
+                    t.store(&mut slots);
+                    while hits != 0 {
+                        let slot = hits.trailing_zeros() as usize;
+                        hits &= hits - 1;
+                        let (ray, triangle) = (at + slot, block.triangle(lane));
+                        if slots[slot] < nearest.t[ray] || triangle < nearest.triangle[ray] {
+                            (nearest.t[ray], nearest.triangle[ray]) = (slots[slot], triangle);
+                        }
+                    }
+                }
+            }
+        }
+        found
+    }
+}

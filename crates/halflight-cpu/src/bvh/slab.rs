@@ -1,0 +1,104 @@
+//! The box test, for one ray and for all rays between two.
+//!
+//! A ray enters a box when the spans of its parameter over the three slabs, and 0 … end, overlap. Every step is monotone
+//! in the box's sides, rounding included: a ray that enters a box enters every box around it.
+
+use glam::Vec3;
+
+use super::facet::Facets;
+use super::vector::Vector;
+use crate::simd::Lanes;
+
+/// Reciprocals of directions; large but finite for 0, so that no product is undefined.
+#[inline(always)]
+pub(super) fn inverse<L: Lanes>(d: L) -> L {
+    L::splat(1.0).div(d).min(L::splat(1e30)).max(L::splat(-1e30))
+}
+
+/// Whether rays from `origin` with reciprocal directions `inverse` enter boxes before `end`, and where.
+#[inline(always)]
+pub(super) fn enters<L: Lanes>(
+    low: Vector<L>,
+    high: Vector<L>,
+    origin: Vector<L>,
+    inverse: Vector<L>,
+    end: L,
+) -> (u32, L) {
+    let (a, b) = (low.sub(origin).mul(inverse), high.sub(origin).mul(inverse));
+    let (near, far) = (a.min(b), a.max(b));
+    let enter = near.x.max(near.y).max(near.z).max(L::splat(0.0));
+    let leave = far.x.min(far.y).min(far.z).min(end);
+    (enter.le(leave), enter)
+}
+
+/// All rays from one origin whose directions lie between two bounds.
+#[derive(Clone, Copy)]
+pub(super) struct Shaft {
+    origin: Vec3,
+    low: Vec3,
+    high: Vec3,
+    /// Least positive reciprocal direction, or 0.
+    rising: [f32; 3],
+    /// Greatest negative reciprocal direction, or 0.
+    falling: [f32; 3],
+    /// Reciprocal that leaves a slab last, or 0 where directions of both signs may stay for ever.
+    leaving: [f32; 3],
+    /// Least parameter for leaving a slab: ∞ for directions of both signs, else less than any that matters.
+    stay: [f32; 3],
+    /// Whether slabs are left through their lower sides.
+    downward: [bool; 3],
+}
+
+impl Shaft {
+    #[inline(always)]
+    pub(super) fn new(origin: Vec3, low: Vec3, high: Vec3) -> Self {
+        let mut shaft = Self {
+            origin,
+            low,
+            high,
+            rising: [0.0; 3],
+            falling: [0.0; 3],
+            leaving: [0.0; 3],
+            stay: [-1.0; 3],
+            downward: [false; 3],
+        };
+        for axis in 0..3 {
+            let (low, high) = (low[axis], high[axis]);
+            let (inverse_low, inverse_high) =
+                ((1.0 / low).clamp(-1e30, 1e30), (1.0 / high).clamp(-1e30, 1e30));
+            if low > 0.0 {
+                (shaft.rising[axis], shaft.leaving[axis]) = (inverse_high, inverse_low);
+            } else if high < 0.0 {
+                (shaft.falling[axis], shaft.leaving[axis]) = (inverse_low, inverse_high);
+                shaft.downward[axis] = true;
+            } else {
+                shaft.rising[axis] = if high > 0.0 { inverse_high } else { 0.0 };
+                shaft.falling[axis] = if low < 0.0 { inverse_low } else { 0.0 };
+                shaft.stay[axis] = f32::INFINITY;
+            }
+        }
+        shaft
+    }
+
+    /// Which boxes any of the rays may enter before `end`, and no later than where they do.
+    #[inline(always)]
+    pub(super) fn enters<L: Lanes>(&self, low: Vector<L>, high: Vector<L>, end: f32) -> (u32, L) {
+        let axis = |axis: usize, low: L, high: L| {
+            let origin = L::splat(self.origin[axis]);
+            let (low, high) = (low.sub(origin), high.sub(origin));
+            let enter = low.mul(L::splat(self.rising[axis])).max(high.mul(L::splat(self.falling[axis])));
+            let last = if self.downward[axis] { low } else { high };
+            (enter, last.mul(L::splat(self.leaving[axis])).max(L::splat(self.stay[axis])))
+        };
+        let (x, y, z) = (axis(0, low.x, high.x), axis(1, low.y, high.y), axis(2, low.z, high.z));
+        let enter = x.0.max(y.0).max(z.0).max(L::splat(0.0));
+        let leave = x.1.min(y.1).min(z.1).min(L::splat(end));
+        (enter.le(leave), enter)
+    }
+
+    /// Which triangles any of the rays may meet.
+    #[inline(always)]
+    pub(super) fn meets<L: Lanes>(&self, facets: &Facets<L>) -> u32 {
+        facets.reachable(Vector::splat(self.low), Vector::splat(self.high))
+    }
+}

@@ -1,0 +1,136 @@
+//! One answer, whoever gives it.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use halflight_core::mask::MaskBatch;
+use halflight_core::scene::Scene;
+
+use super::meshes::{Numbers, answer, ask, hall, lamp, patterns, scene, soup};
+use crate::bvh::{Bvh, BvhRays};
+use crate::simd::Isa;
+
+/// The predicate in plain scalar arithmetic: whether the open segment from `origin` to `origin + d` meets a triangle.
+fn meets([a, b, c]: [Vec3; 3], origin: Vec3, d: Vec3, padding: f32) -> bool {
+    let dot = |p: Vec3, q: Vec3| p.x * q.x + p.y * q.y + p.z * q.z;
+    let cross =
+        |p: Vec3, q: Vec3| Vec3::new(p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x);
+    let side = |p: Vec3, q: Vec3| dot(d, cross((p - origin) + (q - origin), q - p));
+    let face = cross(a - c, b - a);
+    let (distance, along) = (dot(face, a - origin), dot(face, d));
+    let sides = [side(a, b), side(b, c), side(c, a)];
+    let inside = if distance > 0.0 {
+        distance < along && sides.iter().all(|&s| s >= 0.0)
+    } else {
+        distance < 0.0 && distance > along && sides.iter().all(|&s| s <= 0.0)
+    };
+    let (low, high) = (a.min(b).min(c) - padding, a.max(b).max(c) + padding);
+    let (mut enter, mut leave) = (0.0f32, 1.0f32);
+    for axis in 0..3 {
+        let inverse = (1.0 / d[axis]).clamp(-1e30, 1e30);
+        let (p, q) = ((low[axis] - origin[axis]) * inverse, (high[axis] - origin[axis]) * inverse);
+        (enter, leave) = (enter.max(p.min(q)), leave.min(p.max(q)));
+    }
+    inside && enter <= leave
+}
+
+/// All wanted bits by brute force over all triangles.
+fn brute_force(bvh: &Bvh, scene: &Scene, batch: &MaskBatch) -> Vec<u64> {
+    let mut out = Vec::new();
+    for query in 0..batch.len() {
+        let receiver = batch.queries()[query];
+        for (word, &wanted) in batch.wanted(query).iter().enumerate() {
+            let mut visible = 0;
+            for bit in (0..64).filter(|bit| wanted >> bit & 1 == 1) {
+                let place = batch.pattern().position(word * 64 + bit, receiver.key);
+                let d = scene.lights[0].point(place) - receiver.origin;
+                let hit = (0..scene.mesh.triangle_count())
+                    .any(|triangle| meets(scene.mesh.corners(triangle), receiver.origin, d, bvh.padding));
+                visible |= u64::from(!hit) << bit;
+            }
+            out.push(visible);
+        }
+    }
+    out
+}
+
+/// The first word in which two lists of masks differ.
+fn difference(a: &[u64], b: &[u64]) -> Option<usize> {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).position(|(a, b)| a != b)
+}
+
+/// Origins in clusters of 16, like the pixels of a tile, inside the box.
+fn origins(count: usize, low: Vec3, high: Vec3) -> Vec<Vec3> {
+    let mut numbers = Numbers(77);
+    let mut middle = low;
+    (0..count)
+        .map(|index| {
+            if index % 16 == 0 {
+                middle = low + (numbers.point() * 0.5 + 0.5) * (high - low);
+            }
+            (middle + numbers.point() * (high - low) * 0.01).clamp(low, high)
+        })
+        .collect()
+}
+
+/// Compares bundles with single rays for all instruction sets; returns the rays traced and the visible ones.
+fn compare(scene: &Scene, origins: &[Vec3], brute: usize) -> (u64, u64) {
+    let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
+    let (mut rays, mut seen) = (0, 0);
+    for pattern in patterns() {
+        for sparse in [false, true] {
+            let mut batch = ask(origins, pattern, sparse);
+            let single = BvhRays::single_rays(bvh.clone());
+            let expected = answer(&mut single.clone(), scene, &mut batch);
+            for isa in Isa::available() {
+                let found = answer(&mut BvhRays::new(bvh.clone()).with_isa(isa), scene, &mut batch);
+                assert_eq!(difference(&found, &expected), None, "{isa:?} {pattern:?} bundles");
+            }
+            let few = &origins[..brute.min(origins.len())];
+            let mut batch = ask(few, pattern, sparse);
+            let brute = brute_force(&bvh, scene, &batch);
+            assert_eq!(difference(&brute, &expected[..brute.len()]), None, "{pattern:?} brute force");
+            for isa in Isa::available() {
+                let found = answer(&mut single.clone().with_isa(isa), scene, &mut batch);
+                assert_eq!(difference(&found, &brute), None, "{isa:?} {pattern:?} single rays");
+            }
+            rays += (0..batch.len())
+                .flat_map(|q| batch.wanted(q))
+                .map(|w| u64::from(w.count_ones()))
+                .sum::<u64>()
+                * (origins.len() / few.len()) as u64;
+            seen += expected.iter().map(|word| u64::from(word.count_ones())).sum::<u64>();
+        }
+    }
+    (rays, seen)
+}
+
+#[test]
+fn soup_of_large_and_of_small_triangles() {
+    for (count, size) in [(300, 0.5), (4000, 0.05)] {
+        let scene = scene(&soup(count, size), lamp(Vec3::new(0.1, 1.5, 0.0), 1.0));
+        let (rays, seen) = compare(&scene, &origins(1024, Vec3::splat(-1.0), Vec3::splat(1.0)), 32);
+        // Both answers must be common, or the comparison says little.
+        assert!(seen > rays / 50 && seen < rays - rays / 50, "{seen} of {rays}");
+    }
+}
+
+#[test]
+fn hall_with_columns() {
+    let scene = scene(&hall(), lamp(Vec3::new(4.0, 3.8, 8.0), 1.5));
+    let (rays, seen) =
+        compare(&scene, &origins(2048, Vec3::new(0.1, 0.01, 0.1), Vec3::new(7.9, 2.9, 15.9)), 32);
+    assert!(seen > rays / 50 && seen < rays - rays / 50, "{seen} of {rays}");
+}
+
+#[test]
+fn a_wrong_bit_is_noticed() {
+    let scene = scene(&soup(300, 0.5), lamp(Vec3::Y * 1.5, 1.0));
+    let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
+    let mut batch = ask(&origins(64, Vec3::splat(-1.0), Vec3::splat(1.0)), patterns().next().unwrap(), false);
+    let right = answer(&mut BvhRays::new(bvh), &scene, &mut batch);
+    let mut wrong = right.clone();
+    wrong[37] ^= 1 << 11;
+    assert_eq!(difference(&right, &wrong), Some(37));
+}

@@ -1,0 +1,181 @@
+//! Meshes for tests, and batches of queries about them.
+
+use glam::Vec3;
+use halflight_core::frame::{Frame, Sharing};
+use halflight_core::gbuffer::GBuffer;
+use halflight_core::hash;
+use halflight_core::light::AreaLight;
+use halflight_core::mask::{MaskBatch, Purpose};
+use halflight_core::pattern::{Pattern, PatternKind};
+use halflight_core::pyramid::Pyramid;
+use halflight_core::scene::{Camera, Material, Mesh, Scene};
+use halflight_core::stages::Visibility;
+
+/// Numbers in 0 … 1 from a counter.
+pub(super) struct Numbers(pub(super) u32);
+
+impl Numbers {
+    pub(super) fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(1);
+        hash::unit_pair(hash::sample_bits(0x5eed, self.0)).0
+    }
+
+    /// A point in the cube −1 … 1.
+    pub(super) fn point(&mut self) -> Vec3 {
+        Vec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
+    }
+}
+
+/// A mesh of triangles given by their corners, one material.
+pub(super) fn mesh(corners: &[[Vec3; 3]]) -> Mesh {
+    Mesh {
+        positions: corners.iter().flatten().copied().collect(),
+        normals: vec![Vec3::Y; corners.len() * 3],
+        uvs: vec![glam::Vec2::ZERO; corners.len() * 3],
+        triangles: (0..corners.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+        material_ids: vec![0; corners.len()],
+        materials: vec![Material::default()],
+        textures: Vec::new(),
+    }
+}
+
+/// Triangles of edge length `size` at random in the cube −1 … 1.
+pub(super) fn soup(count: usize, size: f32) -> Vec<[Vec3; 3]> {
+    let mut numbers = Numbers(1);
+    (0..count)
+        .map(|_| {
+            let at = numbers.point();
+            [at, at + numbers.point() * size, at + numbers.point() * size]
+        })
+        .collect()
+}
+
+/// Two triangles that span a parallelogram.
+fn quad(corner: Vec3, u: Vec3, v: Vec3) -> [[Vec3; 3]; 2] {
+    [[corner, corner + u, corner + u + v], [corner, corner + u + v, corner + v]]
+}
+
+/// A closed box, twelve triangles.
+pub(super) fn cuboid(low: Vec3, high: Vec3) -> Vec<[Vec3; 3]> {
+    let (x, y, z) = (Vec3::X * (high - low), Vec3::Y * (high - low), Vec3::Z * (high - low));
+    [
+        quad(low, x, y),
+        quad(low, y, z),
+        quad(low, z, x),
+        quad(high, -x, -y),
+        quad(high, -y, -z),
+        quad(high, -z, -x),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// A closed sphere of unit radius about the origin, whose triangles share their corners bit for bit.
+pub(super) fn sphere(rings: usize) -> Vec<[Vec3; 3]> {
+    let point = |ring: usize, segment: usize| {
+        if ring == 0 || ring == rings {
+            return if ring == 0 { Vec3::Y } else { Vec3::NEG_Y };
+        }
+        let polar = std::f32::consts::PI * ring as f32 / rings as f32;
+        let around = std::f32::consts::TAU * (segment % (2 * rings)) as f32 / (2 * rings) as f32;
+        Vec3::new(polar.sin() * around.cos(), polar.cos(), polar.sin() * around.sin())
+    };
+    let mut out = Vec::new();
+    for ring in 0..rings {
+        for segment in 0..2 * rings {
+            let (a, b) = (point(ring, segment), point(ring, segment + 1));
+            let (c, d) = (point(ring + 1, segment), point(ring + 1, segment + 1));
+            if ring > 0 {
+                out.push([a, b, c]);
+            }
+            if ring + 1 < rings {
+                out.push([b, d, c]);
+            }
+        }
+    }
+    out
+}
+
+/// A floor, walls and two rows of columns with beams across them, in the box 0 … (8, 4, 16).
+pub(super) fn hall() -> Vec<[Vec3; 3]> {
+    let mut out = cuboid(Vec3::ZERO, Vec3::new(8.0, 4.0, 16.0));
+    for row in 0..8 {
+        let z = 1.0 + 2.0 * row as f32;
+        for x in [2.0, 6.0] {
+            let sides = 24;
+            for side in 0..sides {
+                let rim = |side: usize| {
+                    let angle = std::f32::consts::TAU * (side % sides) as f32 / sides as f32;
+                    Vec3::new(x + 0.2 * angle.cos(), 0.0, z + 0.2 * angle.sin())
+                };
+                out.extend(quad(rim(side), rim(side + 1) - rim(side), Vec3::Y * 3.0));
+            }
+        }
+        out.extend(cuboid(Vec3::new(1.5, 3.0, z - 0.25), Vec3::new(6.5, 3.3, z + 0.25)));
+    }
+    out
+}
+
+/// A scene around a mesh.
+pub(super) fn scene(corners: &[[Vec3; 3]], light: AreaLight) -> Scene {
+    Scene { mesh: mesh(corners), lights: vec![light], camera: Camera::default() }
+}
+
+/// A horizontal square light that shines down, its middle at `middle`.
+pub(super) fn lamp(middle: Vec3, size: f32) -> AreaLight {
+    AreaLight {
+        corner: middle - Vec3::new(size, 0.0, size) * 0.5,
+        edge_u: Vec3::X * size,
+        edge_v: Vec3::Z * size,
+        radiance: Vec3::ONE,
+        two_sided: true,
+    }
+}
+
+/// Asks about `origins`, each with a key of its own, and a subset of the samples where `sparse`.
+pub(super) fn ask(origins: &[Vec3], pattern: Pattern, sparse: bool) -> MaskBatch {
+    let mut batch = MaskBatch::default();
+    batch.reset(0, pattern, Purpose::Refine);
+    for (index, &origin) in origins.iter().enumerate() {
+        let bits = hash::mix(index as u32);
+        let subset: Vec<u64> = (0..pattern.words() as u32)
+            .map(|word| u64::from(hash::fold(bits, word)) << 32 | u64::from(hash::fold(bits, !word)))
+            .collect();
+        batch.push(origin, Vec3::Y, index as u32, bits, sparse.then_some(&subset));
+    }
+    batch
+}
+
+/// Has a backend answer a batch and returns all visible bits that were wanted.
+pub(super) fn answer(visibility: &mut dyn Visibility, scene: &Scene, batch: &mut MaskBatch) -> Vec<u64> {
+    let (gbuffer, pyramid) = (GBuffer::default(), Pyramid::default());
+    let frame = Frame {
+        scene,
+        gbuffer: &gbuffer,
+        pyramid: &pyramid,
+        pattern: batch.pattern(),
+        sharing: Sharing::Receiver,
+        index: 0,
+        seed: 0,
+    };
+    visibility.masks(&frame, batch);
+    (0..batch.len())
+        .flat_map(|query| {
+            let masks = batch.visible(query).iter().zip(batch.wanted(query));
+            masks.map(|(visible, wanted)| visible & wanted).collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// Patterns of all sizes and kinds.
+pub(super) fn patterns() -> impl Iterator<Item = Pattern> {
+    [
+        (PatternKind::Jittered, 64),
+        (PatternKind::Grid, 16),
+        (PatternKind::ShiftedRows, 7),
+        (PatternKind::Jittered, 256),
+    ]
+    .into_iter()
+    .map(|(kind, count)| Pattern::with_count(kind, count).unwrap())
+}

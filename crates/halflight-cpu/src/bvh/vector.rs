@@ -1,0 +1,89 @@
+//! Points and directions, one a lane.
+
+use glam::Vec3;
+
+use crate::simd::Lanes;
+
+/// `WIDTH` vectors of three numbers.
+#[derive(Clone, Copy)]
+pub(super) struct Vector<L> {
+    pub(super) x: L,
+    pub(super) y: L,
+    pub(super) z: L,
+}
+
+impl<L: Lanes> Vector<L> {
+    #[inline(always)]
+    pub(super) fn splat(v: Vec3) -> Self {
+        Self { x: L::splat(v.x), y: L::splat(v.y), z: L::splat(v.z) }
+    }
+
+    #[inline(always)]
+    pub(super) fn load<const N: usize>(from: &[[f32; N]], at: usize) -> Self {
+        Self { x: L::load(&from[0][at..]), y: L::load(&from[1][at..]), z: L::load(&from[2][at..]) }
+    }
+
+    /// One vector of an array of them in all lanes.
+    #[inline(always)]
+    pub(super) fn broadcast<const N: usize>(from: &[[f32; N]], at: usize) -> Self {
+        Self { x: L::splat(from[0][at]), y: L::splat(from[1][at]), z: L::splat(from[2][at]) }
+    }
+
+    #[inline(always)]
+    pub(super) fn store<const N: usize>(self, to: &mut [[f32; N]], at: usize) {
+        self.x.store(&mut to[0][at..]);
+        self.y.store(&mut to[1][at..]);
+        self.z.store(&mut to[2][at..]);
+    }
+
+    #[inline(always)]
+    pub(super) fn add(self, o: Self) -> Self {
+        Self { x: self.x.add(o.x), y: self.y.add(o.y), z: self.z.add(o.z) }
+    }
+
+    #[inline(always)]
+    pub(super) fn sub(self, o: Self) -> Self {
+        Self { x: self.x.sub(o.x), y: self.y.sub(o.y), z: self.z.sub(o.z) }
+    }
+
+    #[inline(always)]
+    pub(super) fn mul(self, o: Self) -> Self {
+        Self { x: self.x.mul(o.x), y: self.y.mul(o.y), z: self.z.mul(o.z) }
+    }
+
+    #[inline(always)]
+    pub(super) fn min(self, o: Self) -> Self {
+        Self { x: self.x.min(o.x), y: self.y.min(o.y), z: self.z.min(o.z) }
+    }
+
+    #[inline(always)]
+    pub(super) fn max(self, o: Self) -> Self {
+        Self { x: self.x.max(o.x), y: self.y.max(o.y), z: self.z.max(o.z) }
+    }
+
+    #[inline(always)]
+    pub(super) fn flip(self, signs: L) -> Self {
+        Self { x: self.x.flip(signs), y: self.y.flip(signs), z: self.z.flip(signs) }
+    }
+
+    /// `x + y + z`, in this order: sums of larger terms are never smaller.
+    #[inline(always)]
+    pub(super) fn sum(self) -> L {
+        self.x.add(self.y).add(self.z)
+    }
+
+    #[inline(always)]
+    pub(super) fn dot(self, o: Self) -> L {
+        self.mul(o).sum()
+    }
+
+    /// Exchanging the arguments negates every bit pattern but zeros', since nothing is fused.
+    #[inline(always)]
+    pub(super) fn cross(self, o: Self) -> Self {
+        Self {
+            x: self.y.mul(o.z).sub(self.z.mul(o.y)),
+            y: self.z.mul(o.x).sub(self.x.mul(o.z)),
+            z: self.x.mul(o.y).sub(self.y.mul(o.x)),
+        }
+    }
+}

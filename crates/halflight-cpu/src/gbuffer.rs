@@ -1,0 +1,178 @@
+//! The G-buffer: what each pixel's centre sees, found by bundles of primary rays.
+
+use glam::{Vec2, Vec3};
+use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
+use halflight_core::scene::{Camera, Mesh, Scene, Texture};
+use rayon::prelude::*;
+
+use crate::bvh::{Bundle, Bvh, Hits, STACK, barycentric};
+use crate::simd::{Isa, Kernel, Simd};
+
+/// Pixels along the side of a tile; a tile is a bundle.
+const TILE: usize = 8;
+
+/// Fills `out` with the nearest surface at every pixel centre. `bvh` must be built over `scene`'s mesh.
+///
+/// Ray parameters are distances along the view direction, so they are the depths. Positions are interpolated from the
+/// triangle's corners: far from the eye that is more accurate than a point on the ray.
+pub fn trace(bvh: &Bvh, scene: &Scene, width: u32, height: u32, out: &mut GBuffer) {
+    trace_with(Isa::best(), bvh, scene, width, height, out);
+}
+
+fn trace_with(isa: Isa, bvh: &Bvh, scene: &Scene, width: u32, height: u32, out: &mut GBuffer) {
+    out.reset(width, height);
+    out.scene_size = bvh.diagonal();
+    if width == 0 || height == 0 {
+        return;
+    }
+    let view = View::new(&scene.camera, width, height);
+    let band = TILE * width as usize;
+    out.depth
+        .par_chunks_mut(band)
+        .zip(out.position.par_chunks_mut(band))
+        .zip(out.normal.par_chunks_mut(band))
+        .zip(out.albedo.par_chunks_mut(band))
+        .zip(out.primitive.par_chunks_mut(band))
+        .enumerate()
+        .for_each(|(index, ((((depth, position), normal), albedo), primitive))| {
+            let rows = Rows { top: index * TILE, depth, position, normal, albedo, primitive };
+            isa.run(Band { bvh, mesh: &scene.mesh, view: &view, rows });
+        });
+}
+
+/// Primary rays of a camera.
+struct View {
+    eye: Vec3,
+    /// Direction through the top left corner of the image, one unit along the view direction.
+    corner: Vec3,
+    /// One pixel to the right.
+    right: Vec3,
+    /// One pixel down.
+    down: Vec3,
+    width: usize,
+}
+
+impl View {
+    fn new(camera: &Camera, width: u32, height: u32) -> Self {
+        let forward = (camera.target - camera.eye).normalize_or(Vec3::NEG_Z);
+        let right =
+            forward.cross(camera.up).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
+        let up = right.cross(forward);
+        let half_height = (camera.fov_y_deg.to_radians() * 0.5).tan();
+        let half_width = half_height * width as f32 / height as f32;
+        Self {
+            eye: camera.eye,
+            corner: forward - right * half_width + up * half_height,
+            right: right * (2.0 * half_width / width as f32),
+            down: up * (-2.0 * half_height / height as f32),
+            width: width as usize,
+        }
+    }
+
+    #[inline(always)]
+    fn direction(&self, x: usize, y: usize) -> Vec3 {
+        self.corner + self.right * (x as f32 + 0.5) + self.down * (y as f32 + 0.5)
+    }
+}
+
+/// Up to [`TILE`] rows of the image.
+struct Rows<'a> {
+    top: usize,
+    depth: &'a mut [f32],
+    position: &'a mut [Vec3],
+    normal: &'a mut [Vec3],
+    albedo: &'a mut [Vec3],
+    primitive: &'a mut [u32],
+}
+
+impl Rows<'_> {
+    fn write(&mut self, pixel: usize, mesh: &Mesh, eye: Vec3, d: Vec3, t: f32, triangle: u32) {
+        if triangle == NO_PRIMITIVE {
+            self.depth[pixel] = f32::INFINITY;
+            self.position[pixel] = Vec3::ZERO;
+            self.normal[pixel] = Vec3::ZERO;
+            self.albedo[pixel] = Vec3::ZERO;
+            self.primitive[pixel] = NO_PRIMITIVE;
+            return;
+        }
+        let corners = mesh.corners(triangle as usize);
+        let [a, b, c] = corners;
+        let (second, third) = barycentric(corners, eye, d);
+        let normal = geometric_normal(corners);
+        self.depth[pixel] = t;
+        self.position[pixel] = a + ((b - a) * second + (c - a) * third);
+        self.normal[pixel] = if normal.dot(d) > 0.0 { -normal } else { normal };
+        self.albedo[pixel] = albedo(mesh, triangle as usize, second, third);
+        self.primitive[pixel] = triangle;
+    }
+}
+
+/// In double precision, so that no triangle is too small for it.
+fn geometric_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
+    (b - a).as_dvec3().cross((c - a).as_dvec3()).normalize_or_zero().as_vec3()
+}
+
+fn albedo(mesh: &Mesh, triangle: usize, second: f32, third: f32) -> Vec3 {
+    let material = &mesh.materials[mesh.material_ids[triangle] as usize];
+    let Some(texture) = material.texture else { return material.albedo };
+    let [a, b, c] = mesh.triangles[triangle].map(|vertex| mesh.uvs[vertex as usize]);
+    material.albedo * bilinear(&mesh.textures[texture as usize], a + ((b - a) * second + (c - a) * third))
+}
+
+/// The texture at `uv`, repeated beyond the unit square; texel centres lie at half numbers.
+fn bilinear(texture: &Texture, uv: Vec2) -> Vec3 {
+    let (width, height) = (texture.width as usize, texture.height as usize);
+    // The part after the point can round up to 1, and is NaN for an infinite coordinate.
+    let place = |unit: f32, size: usize| {
+        let at = (unit - unit.floor()) * size as f32 - 0.5;
+        let low = at.floor();
+        (((low as i64).rem_euclid(size.max(1) as i64)) as usize, if at.is_finite() { at - low } else { 0.0 })
+    };
+    let ((x, fx), (y, fy)) = (place(uv.x, width), place(1.0 - uv.y, height));
+    let texel = |x: usize, y: usize| {
+        texture.texels.get((y % height) * width + x % width).copied().unwrap_or(Vec3::ONE)
+    };
+    if texture.texels.is_empty() || width == 0 || height == 0 {
+        return Vec3::ONE;
+    }
+    let top = texel(x, y).lerp(texel(x + 1, y), fx);
+    let bottom = texel(x, y + 1).lerp(texel(x + 1, y + 1), fx);
+    top.lerp(bottom, fy)
+}
+
+/// All tiles of some rows.
+struct Band<'a> {
+    bvh: &'a Bvh,
+    mesh: &'a Mesh,
+    view: &'a View,
+    rows: Rows<'a>,
+}
+
+impl Kernel for Band<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self) {
+        let width = self.view.width;
+        let height = self.rows.depth.len() / width;
+        let mut bundle = Bundle::new();
+        let mut hits = Hits::new();
+        let mut stack = [(0u32, 0.0f32); STACK];
+        for left in (0..width).step_by(TILE) {
+            let columns = TILE.min(width - left);
+            bundle.clear(self.view.eye);
+            for y in 0..height {
+                for x in left..left + columns {
+                    bundle.push(self.view.direction(x, self.rows.top + y));
+                }
+            }
+            bundle.finish::<S>();
+            self.bvh.nearest::<S>(&bundle, &mut stack, &mut hits);
+            for ray in 0..bundle.count() {
+                let pixel = ray / columns * width + left + ray % columns;
+                let d = bundle.direction(ray);
+                self.rows.write(pixel, self.mesh, self.view.eye, d, hits.t[ray], hits.triangle[ray]);
+            }
+        }
+    }
+}

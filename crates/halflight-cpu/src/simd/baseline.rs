@@ -1,0 +1,96 @@
+//! Plain arrays: what is left where no instruction set is named. The compiler vectorises most of it.
+
+use super::{Lanes, Simd};
+
+pub(super) struct Baseline;
+
+impl Simd for Baseline {
+    type Wide = Array;
+    type Eight = Array;
+}
+
+#[derive(Clone, Copy)]
+pub(crate) struct Array([f32; 8]);
+
+impl Array {
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        let mut out = self.0;
+        for lane in 0..8 {
+            out[lane] = f(self.0[lane], other.0[lane]);
+        }
+        Self(out)
+    }
+
+    #[inline(always)]
+    fn bits(self, other: Self, f: impl Fn(f32, f32) -> bool) -> u32 {
+        let mut bits = 0;
+        for lane in 0..8 {
+            bits |= u32::from(f(self.0[lane], other.0[lane])) << lane;
+        }
+        bits
+    }
+}
+
+impl Lanes for Array {
+    const WIDTH: usize = 8;
+
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        Self([value; 8])
+    }
+    #[inline(always)]
+    fn load(from: &[f32]) -> Self {
+        let mut out = [0.0; 8];
+        out.copy_from_slice(&from[..8]);
+        Self(out)
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f32]) {
+        to[..8].copy_from_slice(&self.0);
+    }
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.zip(other, |a, b| a / b)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.zip(other, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.zip(other, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn flip(self, signs: Self) -> Self {
+        self.zip(signs, |a, s| f32::from_bits(a.to_bits() ^ (s.to_bits() & 0x8000_0000)))
+    }
+    #[inline(always)]
+    fn select(self, mask: u32, other: Self) -> Self {
+        let mut out = self.0;
+        for lane in 0..8 {
+            out[lane] = if mask >> lane & 1 == 1 { other.0[lane] } else { self.0[lane] };
+        }
+        Self(out)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> u32 {
+        self.bits(other, |a, b| a < b)
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> u32 {
+        self.bits(other, |a, b| a <= b)
+    }
+}

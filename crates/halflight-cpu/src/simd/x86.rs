@@ -1,0 +1,97 @@
+//! AVX2 and AVX-512.
+
+use std::arch::x86_64::*;
+
+use super::{Kernel, Lanes, Simd};
+
+struct Avx2;
+struct Avx512;
+
+impl Simd for Avx2 {
+    type Wide = Lanes8;
+    type Eight = Lanes8;
+}
+
+impl Simd for Avx512 {
+    type Wide = Lanes16;
+    type Eight = Lanes8;
+}
+
+/// Runs a kernel compiled for AVX2. Callers make sure that the processor has the features.
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
+pub(super) fn avx2<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Avx2>()
+}
+
+/// Runs a kernel compiled for AVX-512. Callers make sure that the processor has the features.
+#[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,bmi1,bmi2,popcnt,lzcnt")]
+pub(super) fn avx512<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Avx512>()
+}
+
+/// Methods that are one intrinsic each.
+macro_rules! methods {
+    ($($name:ident($($argument:ident: $type:ty),*) -> $result:ty = $value:expr;)*) => {
+        $(
+            #[inline(always)]
+            fn $name($($argument: $type),*) -> $result {
+                // SAFETY: this type is used by kernels of its instruction set alone, and these only run where the
+                // processor has it (`Isa::run`). Loads and stores check their slice's length first.
+                unsafe { $value }
+            }
+        )*
+    };
+}
+
+#[derive(Clone, Copy)]
+pub(crate) struct Lanes8(__m256);
+
+impl Lanes for Lanes8 {
+    const WIDTH: usize = 8;
+
+    methods! {
+        splat(value: f32) -> Self = Self(_mm256_set1_ps(value));
+        load(from: &[f32]) -> Self = Self(_mm256_loadu_ps(from[..8].as_ptr()));
+        store(self: Self, to: &mut [f32]) -> () = _mm256_storeu_ps(to[..8].as_mut_ptr(), self.0);
+        add(self: Self, other: Self) -> Self = Self(_mm256_add_ps(self.0, other.0));
+        sub(self: Self, other: Self) -> Self = Self(_mm256_sub_ps(self.0, other.0));
+        mul(self: Self, other: Self) -> Self = Self(_mm256_mul_ps(self.0, other.0));
+        div(self: Self, other: Self) -> Self = Self(_mm256_div_ps(self.0, other.0));
+        min(self: Self, other: Self) -> Self = Self(_mm256_min_ps(self.0, other.0));
+        max(self: Self, other: Self) -> Self = Self(_mm256_max_ps(self.0, other.0));
+        flip(self: Self, signs: Self) -> Self =
+            Self(_mm256_xor_ps(self.0, _mm256_and_ps(signs.0, _mm256_set1_ps(-0.0))));
+        select(self: Self, mask: u32, other: Self) -> Self = {
+            let lane = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let chosen = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask as i32), lane), lane);
+            Self(_mm256_blendv_ps(self.0, other.0, _mm256_castsi256_ps(chosen)))
+        };
+        lt(self: Self, other: Self) -> u32 = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0)) as u32;
+        le(self: Self, other: Self) -> u32 = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0)) as u32;
+    }
+}
+
+#[derive(Clone, Copy)]
+pub(crate) struct Lanes16(__m512);
+
+impl Lanes for Lanes16 {
+    const WIDTH: usize = 16;
+
+    methods! {
+        splat(value: f32) -> Self = Self(_mm512_set1_ps(value));
+        load(from: &[f32]) -> Self = Self(_mm512_loadu_ps(from[..16].as_ptr()));
+        store(self: Self, to: &mut [f32]) -> () = _mm512_storeu_ps(to[..16].as_mut_ptr(), self.0);
+        add(self: Self, other: Self) -> Self = Self(_mm512_add_ps(self.0, other.0));
+        sub(self: Self, other: Self) -> Self = Self(_mm512_sub_ps(self.0, other.0));
+        mul(self: Self, other: Self) -> Self = Self(_mm512_mul_ps(self.0, other.0));
+        div(self: Self, other: Self) -> Self = Self(_mm512_div_ps(self.0, other.0));
+        min(self: Self, other: Self) -> Self = Self(_mm512_min_ps(self.0, other.0));
+        max(self: Self, other: Self) -> Self = Self(_mm512_max_ps(self.0, other.0));
+        flip(self: Self, signs: Self) -> Self =
+            Self(_mm512_xor_ps(self.0, _mm512_and_ps(signs.0, _mm512_set1_ps(-0.0))));
+        select(self: Self, mask: u32, other: Self) -> Self =
+            Self(_mm512_mask_blend_ps(mask as u16, self.0, other.0));
+        lt(self: Self, other: Self) -> u32 = u32::from(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0));
+        le(self: Self, other: Self) -> u32 = u32::from(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0));
+    }
+}
