@@ -1,0 +1,191 @@
+//! The scene file: what it may say, and what it says.
+
+use std::path::PathBuf;
+
+use glam::Vec3;
+use halflight_core::light::AreaLight;
+use halflight_core::scene::Camera;
+use toml::de::{DeTable, DeValue};
+
+use crate::error::SceneError;
+use crate::section::{Found, Section, Source};
+use crate::transform::Transform;
+
+/// A scene file's content, checked, before any mesh is loaded.
+pub(crate) struct SceneFile {
+    pub(crate) camera: Camera,
+    pub(crate) lights: Vec<AreaLight>,
+    pub(crate) meshes: Vec<MeshEntry>,
+}
+
+/// A `[[mesh]]`.
+pub(crate) struct MeshEntry {
+    pub(crate) origin: Origin,
+    pub(crate) transform: Transform,
+    /// Replaces the mesh's own colours and textures.
+    pub(crate) albedo: Option<Vec3>,
+    /// The line of the table's header.
+    pub(crate) line: usize,
+}
+
+/// Where a mesh comes from.
+pub(crate) enum Origin {
+    /// A path as the scene file writes it, and the line of the key.
+    File(PathBuf, usize),
+    /// A generator's name, its parameters and the lines of their keys.
+    Generator { name: String, line: usize, parameters: toml::Table, lines: Vec<(String, usize)> },
+}
+
+impl SceneFile {
+    /// Reads the text of a scene file.
+    pub(crate) fn parse(source: Source<'_>) -> Result<Self, SceneError> {
+        let table = DeTable::parse(source.text).map_err(|fault| {
+            let line = source.line(fault.span().map_or(0, |span| span.start));
+            let message = fault.message().lines().collect::<Vec<_>>().join(", ");
+            source.fault(line, format!("not valid TOML: {message}"))
+        })?;
+        let mut root = Section::of_table(source, "the scene file", 1, table.into_inner());
+        root.allow(&["description", "camera", "light", "mesh"])?;
+        root.text("description")?;
+        let Some(camera) = root.take("camera") else {
+            return Err(root.fault(1, "has no [camera]; add one with eye, target, up and fov_y_deg"));
+        };
+        let camera = read_camera(Section::new(source, "[camera]", camera)?)?;
+        let lights = tables(&mut root, "light")?.into_iter().enumerate();
+        let lights = lights.map(|(index, light)| read_light(index, light)).collect::<Result<Vec<_>, _>>()?;
+        if lights.is_empty() {
+            let hint = "has no [[light]]; without one every picture is black. Add one with corner, edge_u, edge_v and radiance";
+            return Err(root.fault(1, hint));
+        }
+        let meshes = tables(&mut root, "mesh")?.into_iter().map(read_mesh).collect::<Result<Vec<_>, _>>()?;
+        if meshes.is_empty() {
+            return Err(root.fault(1, "has no [[mesh]]; add one with a file or a generator"));
+        }
+        Ok(Self { camera, lights, meshes })
+    }
+}
+
+/// The sections of an array of tables.
+fn tables<'a>(root: &mut Section<'a>, key: &'static str) -> Result<Vec<Section<'a>>, SceneError> {
+    let Some(value) = root.take(key) else { return Ok(Vec::new()) };
+    let title = format!("[[{key}]]");
+    let line = root.source.line(value.span().start);
+    match value.into_inner() {
+        DeValue::Array(items) => {
+            items.into_iter().map(|item| Section::new(root.source, &title, item)).collect()
+        }
+        _ => {
+            Err(root
+                .fault(line, format!("has a single [{key}]; write {title}, of which there may be several")))
+        }
+    }
+}
+
+fn read_camera(mut section: Section<'_>) -> Result<Camera, SceneError> {
+    section.allow(&["eye", "target", "up", "fov_y_deg"])?;
+    let eye = section.vector("eye")?;
+    let eye = section.require("eye", "[0, 1, 5]", eye)?.value;
+    let target = section.vector("target")?;
+    let target = section.require("target", "[0, 1, 0]", target)?;
+    let up = section.vector("up")?.unwrap_or(Found { value: Vec3::Y, line: section.line });
+    let fov = section.number("fov_y_deg")?;
+    let fov = section.require("fov_y_deg", "45", fov)?;
+    if fov.value <= 0.0 || fov.value >= 180.0 {
+        let message = format!("fov_y_deg is {}, expected degrees above 0 and below 180", fov.value);
+        return Err(section.fault(fov.line, message));
+    }
+    let view = (target.value.as_dvec3() - eye.as_dvec3()).normalize_or_zero();
+    if view == glam::DVec3::ZERO {
+        return Err(
+            section.fault(target.line, "target is the same point as eye; expected a point to look at")
+        );
+    }
+    // The sine of the angle to the view: below this, single precision no longer tells which way is up.
+    let up_direction = up.value.as_dvec3().normalize_or_zero();
+    if up_direction.cross(view).length() < 1e-4 {
+        let message = "up is zero or along the line from eye to target; expected a direction across it";
+        return Err(section.fault(up.line, message));
+    }
+    let camera = Camera { eye, target: target.value, up: up.value, fov_y_deg: fov.value };
+    Ok(camera)
+}
+
+fn read_light(index: usize, mut section: Section<'_>) -> Result<AreaLight, SceneError> {
+    section.allow(&["corner", "edge_u", "edge_v", "radiance", "two_sided"])?;
+    let corner = section.vector("corner")?;
+    let corner = section.require("corner", "[-0.5, 3, -0.5]", corner)?.value;
+    let edge_u = section.vector("edge_u")?;
+    let edge_u = section.require("edge_u", "[1, 0, 0]", edge_u)?.value;
+    let edge_v = section.vector("edge_v")?;
+    let edge_v = section.require("edge_v", "[0, 0, 1]", edge_v)?.value;
+    let radiance = section.vector("radiance")?;
+    let radiance = section.require("radiance", "[10, 10, 10]", radiance)?;
+    let two_sided = section.flag("two_sided")?.is_some_and(|flag| flag.value);
+    if radiance.value.min_element() < 0.0 {
+        let message = format!("radiance is {}, expected no negative numbers", radiance.value);
+        return Err(section.fault(radiance.line, message));
+    }
+    let light = AreaLight { corner, edge_u, edge_v, radiance: radiance.value, two_sided };
+    light.validate(index).map_err(|source| SceneError::Light {
+        file: section.source.name.to_string(),
+        line: section.line,
+        source,
+    })?;
+    Ok(light)
+}
+
+fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {
+    // A generator has parameters of its own and checks them itself.
+    if !section.has("generator") {
+        section.allow(&["file", "generator", "transform", "albedo"])?;
+    }
+    let line = section.line;
+    let file = section.text("file")?;
+    let generator = section.text("generator")?;
+    let transform = match section.take("transform") {
+        Some(value) => read_transform(Section::new(section.source, "transform", value)?)?,
+        None => Transform::default(),
+    };
+    let albedo = section.vector("albedo")?;
+    if let Some(albedo) = &albedo
+        && (albedo.value.min_element() < 0.0 || albedo.value.max_element() > 1.0)
+    {
+        let message = format!("albedo is {}, expected numbers from 0 to 1", albedo.value);
+        return Err(section.fault(albedo.line, message));
+    }
+    let albedo = albedo.map(|albedo| albedo.value);
+    let origin = match (file, generator) {
+        (Some(file), None) => Origin::File(file.value.into(), file.line),
+        (None, Some(generator)) => {
+            let (parameters, lines) = section.rest()?;
+            Origin::Generator { name: generator.value, line: generator.line, parameters, lines }
+        }
+        (Some(_), Some(generator)) => {
+            return Err(section.fault(generator.line, "has both a file and a generator; keep one of them"));
+        }
+        (None, None) => {
+            let message = "has no source; write file = \"mesh.obj\" (or .ply), or generator = \"name\"";
+            return Err(section.fault(line, message));
+        }
+    };
+    Ok(MeshEntry { origin, transform, albedo, line })
+}
+
+fn read_transform(mut section: Section<'_>) -> Result<Transform, SceneError> {
+    section.allow(&["translate", "rotate_deg", "scale"])?;
+    let mut transform = Transform::default();
+    if let Some(translate) = section.vector("translate")? {
+        transform.translate = translate.value;
+    }
+    if let Some(rotate) = section.vector("rotate_deg")? {
+        transform.rotate_deg = rotate.value;
+    }
+    if let Some(scale) = section.number_or_vector("scale")? {
+        if scale.value.abs().min_element() == 0.0 {
+            let message = format!("scale is {}, expected no zero: it would flatten the mesh", scale.value);
+            return Err(section.fault(scale.line, message));
+        }
+        transform.scale = scale.value;
+    }
+    Ok(transform)
+}

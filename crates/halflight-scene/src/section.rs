@@ -1,0 +1,192 @@
+//! One table of a scene file, read key by key so that every fault names its line and what would be right.
+
+use glam::Vec3;
+use serde::Deserialize;
+use serde::de::IntoDeserializer;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::error::{Place, SceneError};
+
+/// The text of a scene file and the name that its faults carry.
+#[derive(Clone, Copy)]
+pub(crate) struct Source<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) text: &'a str,
+}
+
+impl Source<'_> {
+    /// The line, counted from 1, that holds byte `offset`.
+    pub(crate) fn line(self, offset: usize) -> usize {
+        1 + self.text.bytes().take(offset).filter(|&byte| byte == b'\n').count()
+    }
+
+    /// A fault on `line`.
+    pub(crate) fn fault(self, line: usize, message: impl Into<String>) -> SceneError {
+        SceneError::Invalid { file: self.name.to_string(), place: Place::Line(line), message: message.into() }
+    }
+}
+
+/// A table whose keys are taken one by one.
+pub(crate) struct Section<'a> {
+    pub(crate) source: Source<'a>,
+    /// How messages call the table: `[camera]`.
+    title: String,
+    /// The line of the table's header, for keys that are missing.
+    pub(crate) line: usize,
+    table: DeTable<'a>,
+}
+
+/// A value that was found under a key.
+pub(crate) struct Found<T> {
+    pub(crate) value: T,
+    pub(crate) line: usize,
+}
+
+impl<'a> Section<'a> {
+    /// The table in `value`, or a fault where it is something else.
+    pub(crate) fn new(
+        source: Source<'a>,
+        title: &str,
+        value: Spanned<DeValue<'a>>,
+    ) -> Result<Self, SceneError> {
+        let line = source.line(value.span().start);
+        match value.into_inner() {
+            DeValue::Table(table) => Ok(Self::of_table(source, title, line, table)),
+            other => Err(source.fault(line, format!("{title} is {}, expected a table", describe(&other)))),
+        }
+    }
+
+    pub(crate) fn of_table(source: Source<'a>, title: &str, line: usize, table: DeTable<'a>) -> Self {
+        Self { source, title: title.to_string(), line, table }
+    }
+
+    /// A fault on `line`, its message beginning with the section's title.
+    pub(crate) fn fault(&self, line: usize, message: impl AsRef<str>) -> SceneError {
+        self.source.fault(line, format!("{} {}", self.title, message.as_ref()))
+    }
+
+    /// Refuses keys other than `known`. Comes before any key is taken, so that a misspelt key is called that
+    /// and not missing.
+    pub(crate) fn allow(&self, known: &[&str]) -> Result<(), SceneError> {
+        let unknown = self.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
+        match unknown.min_by_key(|key| key.span().start) {
+            None => Ok(()),
+            Some(key) => {
+                let line = self.source.line(key.span().start);
+                let message =
+                    format!("has an unknown key `{}`; known keys: {}", key.get_ref(), known.join(", "));
+                Err(self.fault(line, message))
+            }
+        }
+    }
+
+    /// Whether there is a value under `key`.
+    pub(crate) fn has(&self, key: &str) -> bool {
+        self.table.contains_key(key)
+    }
+
+    /// Takes the value of `key`, if it is there.
+    pub(crate) fn take(&mut self, key: &str) -> Option<Spanned<DeValue<'a>>> {
+        self.table.remove(key)
+    }
+
+    /// Takes `key` and reads it with `read`, which says what it expected where the value does not fit.
+    fn read<T>(
+        &mut self,
+        key: &str,
+        expected: &str,
+        read: impl FnOnce(&DeValue<'a>) -> Option<T>,
+    ) -> Result<Option<Found<T>>, SceneError> {
+        let Some(value) = self.take(key) else { return Ok(None) };
+        let line = self.source.line(value.span().start);
+        match read(value.get_ref()) {
+            Some(value) => Ok(Some(Found { value, line })),
+            None => {
+                let found = describe(value.get_ref());
+                Err(self.fault(line, format!("{key} is {found}, expected {expected}")))
+            }
+        }
+    }
+
+    /// The value, or a fault that says what to write.
+    pub(crate) fn require<T>(&self, key: &str, example: &str, found: Option<T>) -> Result<T, SceneError> {
+        found.ok_or_else(|| {
+            self.fault(self.line, format!("has no `{key}`; write for example: {key} = {example}"))
+        })
+    }
+
+    /// A finite number.
+    pub(crate) fn number(&mut self, key: &str) -> Result<Option<Found<f32>>, SceneError> {
+        self.read(key, "a finite number", number)
+    }
+
+    /// Three finite numbers.
+    pub(crate) fn vector(&mut self, key: &str) -> Result<Option<Found<Vec3>>, SceneError> {
+        self.read(key, "three finite numbers", vector)
+    }
+
+    /// One finite number for all three axes, or three.
+    pub(crate) fn number_or_vector(&mut self, key: &str) -> Result<Option<Found<Vec3>>, SceneError> {
+        self.read(key, "a finite number or three", |value| {
+            number(value).map(Vec3::splat).or_else(|| vector(value))
+        })
+    }
+
+    /// A text.
+    pub(crate) fn text(&mut self, key: &str) -> Result<Option<Found<String>>, SceneError> {
+        self.read(key, "a text in quotes", |value| value.as_str().map(str::to_string))
+    }
+
+    /// `true` or `false`.
+    pub(crate) fn flag(&mut self, key: &str) -> Result<Option<Found<bool>>, SceneError> {
+        self.read(key, "true or false", DeValue::as_bool)
+    }
+
+    /// Everything that was not taken, as plain values, and the line of each key.
+    pub(crate) fn rest(self) -> Result<(toml::Table, Vec<(String, usize)>), SceneError> {
+        let mut values = toml::Table::new();
+        let mut lines = Vec::new();
+        let (source, title) = (self.source, self.title);
+        for (key, value) in self.table {
+            let line = source.line(key.span().start);
+            let key = key.into_inner().into_owned();
+            let value = toml::Value::deserialize(value.into_deserializer())
+                .map_err(|fault| source.fault(line, format!("{title} {key}: {}", fault.message())))?;
+            lines.push((key.clone(), line));
+            values.insert(key, value);
+        }
+        Ok((values, lines))
+    }
+}
+
+fn number(value: &DeValue<'_>) -> Option<f32> {
+    let number: f32 = match value {
+        DeValue::Float(float) => float.as_str().parse().ok()?,
+        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok()?,
+        _ => return None,
+    };
+    number.is_finite().then_some(number)
+}
+
+fn vector(value: &DeValue<'_>) -> Option<Vec3> {
+    let items = value.as_array()?;
+    let [x, y, z] = items.as_ref() else { return None };
+    Some(Vec3::new(number(x.get_ref())?, number(y.get_ref())?, number(z.get_ref())?))
+}
+
+/// The value as a message shows it.
+fn describe(value: &DeValue<'_>) -> String {
+    match value {
+        DeValue::String(text) => format!("the text `{text}`"),
+        DeValue::Integer(integer) => integer.to_string(),
+        DeValue::Float(float) => float.to_string(),
+        DeValue::Boolean(flag) => flag.to_string(),
+        DeValue::Datetime(date) => format!("the date {date}"),
+        DeValue::Array(items) => {
+            let items: Vec<String> = items.iter().map(|item| describe(item.get_ref())).collect();
+            format!("[{}]", items.join(", "))
+        }
+        DeValue::Table(_) => "a table".to_string(),
+    }
+}
