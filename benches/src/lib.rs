@@ -1,1 +1,39 @@
-//! Halflight.
+//! What the benches share: the `atrium` at 640 × 480, ready to render.
+
+use std::sync::Arc;
+
+use halflight::bvh::Bvh;
+use halflight::config::{PipelineConfig, RefinerConfig};
+use halflight::pipeline::Pipeline;
+use halflight::scene::Scene;
+
+/// Image width of all benches.
+pub const WIDTH: u32 = 640;
+/// Image height of all benches.
+pub const HEIGHT: u32 = 480;
+
+/// The scene and its hierarchy.
+///
+/// # Errors
+/// The bundled scene cannot be loaded.
+pub fn atrium() -> Result<(Arc<Scene>, Arc<Bvh>), Box<dyn std::error::Error>> {
+    let scene = halflight::scene_file::load_bundled("atrium")?.scene;
+    let bvh = Bvh::build(&scene.mesh)?;
+    Ok((Arc::new(scene), Arc::new(bvh)))
+}
+
+/// A pipeline with the defaults of a refiner, warm.
+///
+/// # Errors
+/// The refiner's name is unknown or the pipeline cannot be built.
+pub fn warm(
+    scene: &Arc<Scene>,
+    bvh: &Arc<Bvh>,
+    refiner: &str,
+) -> Result<Pipeline, Box<dyn std::error::Error>> {
+    let refiner = RefinerConfig::named(refiner).ok_or("no refiner of this name")?;
+    let config = PipelineConfig { width: WIDTH, height: HEIGHT, refiner, ..PipelineConfig::default() };
+    let mut pipeline = config.builder(Arc::clone(scene), Arc::clone(bvh)).build()?;
+    pipeline.render()?;
+    Ok(pipeline)
+}

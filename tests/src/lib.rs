@@ -1,1 +1,108 @@
-//! Halflight.
+//! Harness of the tests: scenes that are ready to render, and ways to render and compare them.
+
+use std::sync::Arc;
+
+use halflight::bvh::Bvh;
+use halflight::config::PipelineConfig;
+use halflight::glam::{Vec2, Vec3};
+use halflight::light::AreaLight;
+use halflight::pipeline::{Image, Pipeline, PipelineBuilder};
+use halflight::scene::{Camera, Material, Mesh, Scene};
+
+/// Whatever goes wrong while a test is set up.
+pub type SetupError = Box<dyn std::error::Error>;
+
+/// A scene with its hierarchy.
+#[derive(Clone)]
+pub struct Stage {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Its hierarchy.
+    pub bvh: Arc<Bvh>,
+}
+
+impl Stage {
+    /// Builds the hierarchy of a scene.
+    ///
+    /// # Errors
+    /// The mesh cannot be used.
+    pub fn new(scene: Scene) -> Result<Self, SetupError> {
+        let bvh = Bvh::build(&scene.mesh)?;
+        Ok(Self { scene: Arc::new(scene), bvh: Arc::new(bvh) })
+    }
+
+    /// A bundled scene.
+    ///
+    /// # Errors
+    /// There is none of this name.
+    pub fn bundled(name: &str) -> Result<Self, SetupError> {
+        Self::new(halflight::scene_file::load_bundled(name)?.scene)
+    }
+
+    /// A pipeline builder for the scene.
+    pub fn builder(&self) -> PipelineBuilder {
+        Pipeline::builder(Arc::clone(&self.scene), Arc::clone(&self.bvh))
+    }
+
+    /// Renders one frame of a configuration.
+    ///
+    /// # Errors
+    /// The pipeline cannot be built.
+    pub fn render(&self, config: &PipelineConfig) -> Result<Image, SetupError> {
+        let mut pipeline = config.builder(Arc::clone(&self.scene), Arc::clone(&self.bvh)).build()?;
+        Ok(pipeline.render()?.clone())
+    }
+}
+
+/// A mesh of separate quadrilaterals, each given by a corner and two edges.
+pub fn quads(list: &[(Vec3, Vec3, Vec3)]) -> Mesh {
+    let mut mesh = Mesh { materials: vec![Material::default()], ..Mesh::default() };
+    for &(corner, u, v) in list {
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend([corner, corner + u, corner + u + v, corner + v]);
+        mesh.normals.extend([u.cross(v).normalize_or_zero(); 4]);
+        mesh.uvs.extend([Vec2::ZERO; 4]);
+        mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        mesh.material_ids.extend([0, 0]);
+    }
+    mesh
+}
+
+/// A floor of 20 × 20 m with a blocker of 1 × 1 m a metre above it, under a square light, seen from the side: umbra,
+/// penumbra and open floor, and sky above the horizon.
+pub fn blocker_over_floor() -> Scene {
+    Scene {
+        mesh: quads(&[
+            (Vec3::new(-10.0, 0.0, -10.0), Vec3::Z * 20.0, Vec3::X * 20.0),
+            (Vec3::new(-0.5, 1.0, -0.5), Vec3::Z, Vec3::X),
+        ]),
+        lights: vec![square_light(Vec3::new(0.0, 4.0, 0.0), 1.0)],
+        camera: Camera {
+            eye: Vec3::new(0.5, 3.0, 5.0),
+            target: Vec3::new(0.0, 0.2, 0.0),
+            up: Vec3::Y,
+            fov_y_deg: 50.0,
+        },
+    }
+}
+
+/// A square light that shines down, centred at a point.
+pub fn square_light(centre: Vec3, side: f32) -> AreaLight {
+    AreaLight {
+        corner: centre - Vec3::new(side, 0.0, side) * 0.5,
+        edge_u: Vec3::X * side,
+        edge_v: Vec3::Z * side,
+        radiance: Vec3::new(10.0, 9.0, 8.0),
+        two_sided: false,
+    }
+}
+
+/// `SSE / Σ reference²` of the irradiance of two images of one size.
+pub fn nmse2(image: &Image, reference: &Image) -> f64 {
+    let (mut error, mut energy) = (0.0, 0.0);
+    for (a, b) in image.irradiance.iter().zip(&reference.irradiance) {
+        error += f64::from((*a - *b).length_squared());
+        energy += f64::from(b.length_squared());
+    }
+    error / energy
+}

@@ -2,8 +2,11 @@
 //!
 //! The facade that downstream code depends on: everything else is re-exported from here.
 
-pub use halflight_core::{fragment, frame, gbuffer, hash, light, mask, pattern, pyramid, scene, stages, stats};
 pub use halflight_core::glam;
+pub use halflight_core::{
+    fragment, frame, gbuffer, hash, light, mask, pattern, pyramid, scene, stages, stats,
+};
+pub use halflight_cpu as cpu;
 pub use halflight_cpu::{bvh, config, irradiance, pipeline, refine, unshadowed, upsample};
 pub use halflight_metrics as metrics;
 pub use halflight_scene as scene_file;

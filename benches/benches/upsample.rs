@@ -1,0 +1,35 @@
+//! The five upsamplers on the same fragments.
+
+#![allow(missing_docs, clippy::unwrap_used)]
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use halflight::config::UpsamplerConfig;
+use halflight::frame::{Frame, Sharing};
+use halflight::irradiance::{Shading, evaluate};
+use halflight::pattern::{Pattern, PatternKind};
+use halflight::pyramid::Pyramid;
+use halflight_benches::{atrium, warm};
+
+fn bench(c: &mut Criterion) {
+    let (scene, bvh) = atrium().unwrap();
+    let pipeline = warm(&scene, &bvh, "sfvt-gass").unwrap();
+    let (gbuffer, pyramid) = (pipeline.gbuffer(), Pyramid::default());
+    let pattern = Pattern::with_count(PatternKind::Jittered, 64).unwrap();
+    let sharing = Sharing::Fragment;
+    let frame = Frame { scene: &scene, gbuffer, pyramid: &pyramid, pattern, sharing, index: 0, seed: 0 };
+    let mut values = Vec::new();
+    evaluate(&frame, pipeline.fragments(), Shading::Ratio, &mut values);
+    let mut out = vec![0.0; gbuffer.pixels()];
+    let mut group = c.benchmark_group("upsample");
+    group.sample_size(20);
+    for upsampler in UpsamplerConfig::ALL {
+        let mut stage = upsampler.stage();
+        group.bench_function(upsampler.name(), |b| {
+            b.iter(|| stage.upsample(&frame, pipeline.fragments(), &values, &mut out));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, bench);
+criterion_main!(benches);

@@ -1,0 +1,77 @@
+//! Alone in its program, since it counts what the whole program allocates.
+//!
+//! Buffers are kept from frame to frame, and nothing is built that the chosen stages do not use.
+
+#![allow(clippy::unwrap_used)]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
+use halflight_tests::{Stage, blocker_over_floor};
+
+/// Counts bytes asked for in blocks that are no bookkeeping of a thread pool.
+struct Counting;
+
+/// Smaller blocks are job queues and channels of the thread pool, not buffers.
+const LARGE: usize = 4096;
+
+static LARGE_BYTES: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every call is passed on to the system allocator unchanged.
+#[allow(unsafe_code)]
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        if layout.size() >= LARGE {
+            LARGE_BYTES.fetch_add(layout.size(), Ordering::Relaxed);
+        }
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+#[test]
+fn a_warm_frame_allocates_no_buffer_and_holds_only_what_it_uses() {
+    let stage = Stage::new(blocker_over_floor()).unwrap();
+    let mut held = Vec::new();
+    for name in RefinerConfig::NAMES {
+        for upsampler in UpsamplerConfig::ALL {
+            // Spade's triangulation is built anew every frame: a library's structure, not ours to keep.
+            if upsampler == UpsamplerConfig::Delaunay {
+                continue;
+            }
+            let refiner = RefinerConfig::named(name).unwrap();
+            let config =
+                PipelineConfig { width: 320, height: 240, refiner, upsampler, ..PipelineConfig::default() };
+            let mut pipeline = config.builder(stage.scene.clone(), stage.bvh.clone()).build().unwrap();
+            for _ in 0..3 {
+                pipeline.set_frame_index(0);
+                pipeline.render().unwrap();
+            }
+            pipeline.set_frame_index(0);
+            let before = LARGE_BYTES.load(Ordering::Relaxed);
+            let image = pipeline.render().unwrap();
+            let stats = image.stats.clone();
+            let asked = LARGE_BYTES.load(Ordering::Relaxed) - before;
+            assert_eq!(asked, 0, "{name} {upsampler:?}: a warm frame asked for {asked} bytes");
+            if upsampler == UpsamplerConfig::RbfRobust {
+                held.push((name, stats.peak_bytes));
+            }
+        }
+    }
+    // The counter does count.
+    let before = LARGE_BYTES.load(Ordering::Relaxed);
+    drop(vec![1u8; 2 * LARGE]);
+    assert!(LARGE_BYTES.load(Ordering::Relaxed) >= before + 2 * LARGE);
+    // `full` has a mask a pixel and no pyramid; the refiners have a pyramid and fewer masks.
+    let bytes = |name: &str| held.iter().find(|entry| entry.0 == name).unwrap().1;
+    assert!(bytes("full") > 320 * 240 * 60 && bytes("sfvt-gass") < bytes("full"), "{held:?}");
+}

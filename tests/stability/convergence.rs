@@ -1,0 +1,54 @@
+//! Multi-resolution converges to every pixel its own samples as the thresholds go to zero.
+
+use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
+use halflight::frame::{LightSampling, Sharing};
+use halflight::irradiance::Shading;
+use halflight::pattern::PatternKind;
+use halflight::refine::{GeometryThresholds, NicholsConfig, SfvtGassConfig};
+use halflight_tests::{Stage, nmse2};
+
+/// A fixed grid: pixels that are refined to the end get the same mask as in `full`.
+fn config(refiner: RefinerConfig) -> PipelineConfig {
+    PipelineConfig {
+        width: 192,
+        height: 144,
+        refiner,
+        upsampler: UpsamplerConfig::RbfRobust,
+        shading: Shading::Ratio,
+        sampling: LightSampling { count: 64, kind: PatternKind::Grid, sharing: Sharing::Frame },
+        ..PipelineConfig::default()
+    }
+}
+
+fn errors(configs: &[RefinerConfig]) -> Vec<f64> {
+    let stage = Stage::bundled("contact").unwrap();
+    let reference = stage.render(&config(RefinerConfig::Full)).unwrap();
+    configs.iter().map(|&refiner| nmse2(&stage.render(&config(refiner)).unwrap(), &reference)).collect()
+}
+
+#[test]
+fn nichols_converges() {
+    let with = |visibility_threshold, incremental| {
+        let config = NicholsConfig { visibility_threshold, incremental, ..NicholsConfig::default() };
+        RefinerConfig::Nichols(config)
+    };
+    let found = errors(&[with(0.5, false), with(0.1, false), with(0.0, false)]);
+    assert!(found[0] > found[1] && found[1] > found[2], "{found:?}");
+    // What is left are fragments in which nothing changes, where interpolation of equal values is exact.
+    assert!(found[2] < 1e-5, "{found:?}");
+}
+
+#[test]
+fn sfvt_gass_converges() {
+    let with = |depth, threshold| {
+        let geometry = GeometryThresholds { depth, curvature: depth };
+        let (fine_threshold, coarse_threshold) = (threshold, threshold);
+        let config =
+            SfvtGassConfig { geometry, fine_threshold, coarse_threshold, ..SfvtGassConfig::default() };
+        RefinerConfig::SfvtGass(config)
+    };
+    let found = errors(&[with(0.5, 8), with(0.2, 2), with(0.0, 0)]);
+    assert!(found[0] > found[1] && found[1] > found[2], "{found:?}");
+    // Geometry thresholds of zero split everything that is not perfectly flat towards the camera.
+    assert!(found[2] < 1e-5, "{found:?}");
+}

@@ -1,0 +1,8 @@
+//! Sizes, threads, convergence and places where methods fail.
+
+#![allow(clippy::unwrap_used)]
+
+mod convergence;
+mod determinism;
+mod placement;
+mod sizes;

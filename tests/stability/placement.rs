@@ -1,0 +1,101 @@
+//! Scenes scaled and moved, and lights where they hurt.
+
+use halflight::config::{PipelineConfig, RefinerConfig};
+use halflight::glam::Vec3;
+use halflight::irradiance::Shading;
+use halflight::scene::Scene;
+use halflight_tests::{Stage, blocker_over_floor, nmse2, square_light};
+
+fn config(refiner: RefinerConfig) -> PipelineConfig {
+    PipelineConfig { width: 96, height: 72, refiner, shading: Shading::Ratio, ..PipelineConfig::default() }
+}
+
+fn transformed(scale: f32, offset: Vec3) -> Scene {
+    let mut scene = blocker_over_floor();
+    let place = |p: Vec3| p * scale + offset;
+    for position in &mut scene.mesh.positions {
+        *position = place(*position);
+    }
+    for light in &mut scene.lights {
+        light.corner = place(light.corner);
+        light.edge_u *= scale;
+        light.edge_v *= scale;
+    }
+    scene.camera.eye = place(scene.camera.eye);
+    scene.camera.target = place(scene.camera.target);
+    scene
+}
+
+#[test]
+fn scale_and_place_do_not_change_the_image() {
+    let full = config(RefinerConfig::Full);
+    let expected = Stage::new(transformed(1.0, Vec3::ZERO)).unwrap().render(&full).unwrap();
+    for scale in [1e-3, 0.1, 30.0, 1e4] {
+        let image = Stage::new(transformed(scale, Vec3::ZERO)).unwrap().render(&full).unwrap();
+        // Irradiance does not depend on scale; rounding flips single rays at edges only.
+        let error = nmse2(&image, &expected);
+        assert!(error < 1e-4, "scale {scale}: {error}");
+    }
+    // At 1e5 m single precision resolves 8 mm: vertices, camera and so every edge move by up to that. A shadow acne or a
+    // light leak would change whole regions.
+    let image = Stage::new(transformed(1.0, Vec3::splat(1e5))).unwrap().render(&full).unwrap();
+    let error = nmse2(&image, &expected);
+    assert!(error < 5e-3, "moved by 1e5: {error}");
+    // The comparison would notice a scene without its blocker.
+    let mut bare = blocker_over_floor();
+    bare.mesh.triangles.truncate(2);
+    bare.mesh.material_ids.truncate(2);
+    let error = nmse2(&Stage::new(bare).unwrap().render(&full).unwrap(), &expected);
+    assert!(error > 1e-2, "{error}");
+}
+
+#[test]
+fn lights_in_awkward_places_give_finite_images() {
+    let lights = [
+        ("touching the floor", square_light(Vec3::ZERO, 1.0)),
+        ("through the floor", {
+            let mut light = square_light(Vec3::ZERO, 1.0);
+            light.edge_u = Vec3::new(0.7, 0.7, 0.0);
+            light
+        }),
+        ("below the floor", square_light(Vec3::new(0.0, -2.0, 0.0), 1.0)),
+        ("around the camera", square_light(Vec3::new(0.5, 3.0, 5.0), 0.2)),
+        ("tiny", square_light(Vec3::new(0.0, 4.0, 0.0), 1e-4)),
+        ("huge", square_light(Vec3::new(0.0, 4.0, 0.0), 1e4)),
+    ];
+    for (name, light) in lights {
+        for two_sided in [false, true] {
+            let mut scene = blocker_over_floor();
+            scene.lights = vec![halflight::light::AreaLight { two_sided, ..light }];
+            let stage = Stage::new(scene).unwrap();
+            for refiner in RefinerConfig::NAMES {
+                let config = config(RefinerConfig::named(refiner).unwrap());
+                for shading in [Shading::Sampled, Shading::Ratio] {
+                    let image = stage.render(&PipelineConfig { shading, ..config }).unwrap();
+                    let fine = image.irradiance.iter().all(|v| v.is_finite() && v.min_element() >= 0.0);
+                    assert!(fine, "{name}, {refiner}, {shading:?}, two-sided {two_sided}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn lights_add_up() {
+    let full = config(RefinerConfig::Full);
+    let (a, b) = (square_light(Vec3::new(-2.0, 4.0, 0.0), 1.0), square_light(Vec3::new(2.0, 3.0, 1.0), 0.5));
+    let image = |lights: &[halflight::light::AreaLight]| {
+        let mut scene = blocker_over_floor();
+        scene.lights = lights.to_vec();
+        Stage::new(scene).unwrap().render(&full).unwrap()
+    };
+    let (first, both) = (image(&[a]), image(&[a, b]));
+    // The second light's samples depend on its index, so it is rendered as the second one, after a dark first.
+    let dark = halflight::light::AreaLight { radiance: Vec3::ZERO, ..a };
+    let second = image(&[dark, b]);
+    for pixel in 0..both.irradiance.len() {
+        let (sum, found) = (first.irradiance[pixel] + second.irradiance[pixel], both.irradiance[pixel]);
+        // One rounding of the sum.
+        assert!((sum - found).abs().max_element() <= 1e-6 * found.max_element(), "pixel {pixel}");
+    }
+}
