@@ -169,7 +169,11 @@ impl Bvh {
             let lane = within.trailing_zeros() as usize;
             within &= within - 1;
             let face = Vector::<S::Wide>::broadcast(&planes.face, lane);
-            let edges = [0, 1, 2].map(|edge| Vector::<S::Wide>::broadcast(&planes.edges[edge], lane));
+            let edges = [
+                Vector::<S::Wide>::broadcast(&planes.edges[0], lane),
+                Vector::<S::Wide>::broadcast(&planes.edges[1], lane),
+                Vector::<S::Wide>::broadcast(&planes.edges[2], lane),
+            ];
             let distance = S::Wide::splat(planes.distance[lane]);
             for at in (0..bundle.count).step_by(width) {
                 let mut hits = (alive >> at) as u32 & S::Wide::ALL;
@@ -200,7 +204,7 @@ impl Bvh {
         let facets = Facets::new(&corners, Vector::splat(bundle.origin));
         let mut planes = Planes { edges: [[[0.0; 8]; 3]; 3], face: [[0.0; 8]; 3], distance: [0.0; 8] };
         let (low, high) = boxes(&corners, self.padding);
-        let within = shaft.meets(&facets) & shaft.enters(low, high, end).0;
+        let within = shaft.meets(&facets, end) & shaft.enters(low, high, end).0;
         if within != 0 {
             for (to, edge) in planes.edges.iter_mut().zip(facets.edges) {
                 edge.store(to, 0);
@@ -264,7 +268,11 @@ impl Bvh {
             let lane = within.trailing_zeros() as usize;
             within &= within - 1;
             let face = Vector::<S::Wide>::broadcast(&planes.face, lane);
-            let edges = [0, 1, 2].map(|edge| Vector::<S::Wide>::broadcast(&planes.edges[edge], lane));
+            let edges = [
+                Vector::<S::Wide>::broadcast(&planes.edges[0], lane),
+                Vector::<S::Wide>::broadcast(&planes.edges[1], lane),
+                Vector::<S::Wide>::broadcast(&planes.edges[2], lane),
+            ];
             let distance = S::Wide::splat(planes.distance[lane]);
             for at in (0..bundle.count).step_by(width) {
                 let d = Vector::load(&bundle.d, at);

@@ -28,7 +28,7 @@ pub(super) struct Facets<L> {
 impl<L: Lanes> Facets<L> {
     #[inline(always)]
     pub(super) fn new(corners: &[Vector<L>; 3], origin: Vector<L>) -> Self {
-        let [a, b, c] = corners.map(|corner| corner.sub(origin));
+        let [a, b, c] = [corners[0].sub(origin), corners[1].sub(origin), corners[2].sub(origin)];
         let [ab, bc, ca] =
             [corners[1].sub(corners[0]), corners[2].sub(corners[1]), corners[0].sub(corners[2])];
         let face = ca.cross(ab);
@@ -54,16 +54,17 @@ impl<L: Lanes> Facets<L> {
         beyond & zero.le(self.edges[0].dot(d)) & zero.le(self.edges[1].dot(d)) & zero.le(self.edges[2].dot(d))
     }
 
-    /// Which of the triangles any ray with a direction between `low` and `high` can meet before t = `end`. Rounding is
-    /// monotone, so nothing is lost that [`Facets::shadow`] would find.
+    /// Which of the triangles any ray with a direction between `low` and `high` can meet, where the product of its
+    /// direction and the triangle's normal must exceed `least`. Rounding is monotone, so nothing is lost that a test of
+    /// the ray itself would find.
     #[inline(always)]
-    pub(super) fn reachable(&self, low: Vector<L>, high: Vector<L>) -> u32 {
+    pub(super) fn reachable(&self, low: Vector<L>, high: Vector<L>, least: L) -> u32 {
         let zero = L::splat(0.0);
-        let most = |plane: &Vector<L>| plane.mul(low).max(plane.mul(high)).sum();
-        self.distance.lt(most(&self.face))
-            & zero.le(most(&self.edges[0]))
-            & zero.le(most(&self.edges[1]))
-            & zero.le(most(&self.edges[2]))
+        let [first, second, third] = &self.edges;
+        least.lt(self.face.greatest_dot(low, high))
+            & zero.le(first.greatest_dot(low, high))
+            & zero.le(second.greatest_dot(low, high))
+            & zero.le(third.greatest_dot(low, high))
     }
 }
 

@@ -83,22 +83,28 @@ impl Shaft {
     /// Which boxes any of the rays may enter before `end`, and no later than where they do.
     #[inline(always)]
     pub(super) fn enters<L: Lanes>(&self, low: Vector<L>, high: Vector<L>, end: f32) -> (u32, L) {
-        let axis = |axis: usize, low: L, high: L| {
-            let origin = L::splat(self.origin[axis]);
-            let (low, high) = (low.sub(origin), high.sub(origin));
-            let enter = low.mul(L::splat(self.rising[axis])).max(high.mul(L::splat(self.falling[axis])));
-            let last = if self.downward[axis] { low } else { high };
-            (enter, last.mul(L::splat(self.leaving[axis])).max(L::splat(self.stay[axis])))
-        };
-        let (x, y, z) = (axis(0, low.x, high.x), axis(1, low.y, high.y), axis(2, low.z, high.z));
-        let enter = x.0.max(y.0).max(z.0).max(L::splat(0.0));
-        let leave = x.1.min(y.1).min(z.1).min(L::splat(end));
+        let (enter_x, leave_x) = self.span(0, low.x, high.x);
+        let (enter_y, leave_y) = self.span(1, low.y, high.y);
+        let (enter_z, leave_z) = self.span(2, low.z, high.z);
+        let enter = enter_x.max(enter_y).max(enter_z).max(L::splat(0.0));
+        let leave = leave_x.min(leave_y).min(leave_z).min(L::splat(end));
         (enter.le(leave), enter)
     }
 
-    /// Which triangles any of the rays may meet.
+    /// Where any of the rays may enter and leave slabs.
     #[inline(always)]
-    pub(super) fn meets<L: Lanes>(&self, facets: &Facets<L>) -> u32 {
-        facets.reachable(Vector::splat(self.low), Vector::splat(self.high))
+    fn span<L: Lanes>(&self, axis: usize, low: L, high: L) -> (L, L) {
+        let origin = L::splat(self.origin[axis]);
+        let (low, high) = (low.sub(origin), high.sub(origin));
+        let enter = low.mul(L::splat(self.rising[axis])).max(high.mul(L::splat(self.falling[axis])));
+        let last = if self.downward[axis] { low } else { high };
+        (enter, last.mul(L::splat(self.leaving[axis])).max(L::splat(self.stay[axis])))
+    }
+
+    /// Which triangles any of the rays may meet before `end`, which is 1 or later.
+    #[inline(always)]
+    pub(super) fn meets<L: Lanes>(&self, facets: &Facets<L>, end: f32) -> u32 {
+        let least = if end > 1.0 { L::splat(0.0) } else { facets.distance };
+        facets.reachable(Vector::splat(self.low), Vector::splat(self.high), least)
     }
 }

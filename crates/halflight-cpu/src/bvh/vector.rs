@@ -77,6 +77,12 @@ impl<L: Lanes> Vector<L> {
         self.mul(o).sum()
     }
 
+    /// No less than the dot product with any vector between `low` and `high`, rounding included.
+    #[inline(always)]
+    pub(super) fn greatest_dot(self, low: Self, high: Self) -> L {
+        self.mul(low).max(self.mul(high)).sum()
+    }
+
     /// Exchanging the arguments negates every bit pattern but zeros', since nothing is fused.
     #[inline(always)]
     pub(super) fn cross(self, o: Self) -> Self {
