@@ -24,8 +24,17 @@ fn exact(light: &AreaLight, point: Vec3, sheet: f32) -> f64 {
     f64::from(light.radiance.x) * f64::from(unshadowed(&visible, point, Vec3::Y))
 }
 
-/// Mean square z score and the largest |z| of the mean over `seeds` images against `answer`.
-fn z_scores(stage: &Stage, shading: Shading, seeds: u32, answer: impl Fn(Vec3) -> f64) -> (f64, f64, usize) {
+/// Of the scene's light.
+const RADIANCE: f32 = 20.0;
+
+/// Mean square z score and the largest |z| of the mean over `seeds` images against `answer`, the number of pixels with a
+/// score, and that of pixels without any noise whose value is wrong.
+fn z_scores(
+    stage: &Stage,
+    shading: Shading,
+    seeds: u32,
+    answer: impl Fn(Vec3) -> f64,
+) -> (f64, f64, usize, usize) {
     let (width, height) = (48, 36);
     let mut sum = vec![0.0f64; (width * height) as usize];
     let mut square = sum.clone();
@@ -54,7 +63,7 @@ fn z_scores(stage: &Stage, shading: Shading, seeds: u32, answer: impl Fn(Vec3) -
         }
     }
     let count = f64::from(seeds);
-    let (mut total, mut largest, mut used) = (0.0, 0.0f64, 0);
+    let (mut total, mut largest, mut used, mut strays) = (0.0, 0.0f64, 0, 0);
     for (pixel, origin) in receivers {
         // The floor only: the sheet itself is in view as well, 2 m up.
         if origin.y > 1.0 {
@@ -65,8 +74,9 @@ fn z_scores(stage: &Stage, shading: Shading, seeds: u32, answer: impl Fn(Vec3) -
         let expected = answer(origin);
         let error = (variance / count).sqrt();
         if error < 1e-9 * expected.max(1e-9) {
-            // No sample ever differs: umbra.
-            assert!((mean - expected).abs() <= 1e-5 * expected.max(1e-3), "pixel {pixel}: {mean} {expected}");
+            // No sample ever differs: umbra, open floor, or so near to them that none of the 800 samples and more in the
+            // light's outer strata meets the sliver that does, which has a share of 0.003 at most.
+            strays += usize::from((mean - expected).abs() > 3e-3 * expected.max(0.01 * f64::from(RADIANCE)));
             continue;
         }
         let z = (mean - expected) / error;
@@ -74,14 +84,14 @@ fn z_scores(stage: &Stage, shading: Shading, seeds: u32, answer: impl Fn(Vec3) -
         largest = largest.max(z.abs());
         used += 1;
     }
-    (total / used as f64, largest, used)
+    (total / used as f64, largest, used, strays)
 }
 
 #[test]
 fn sampled_irradiance_is_unbiased() {
     let stage = Stage::bundled("half-plane").unwrap();
     let light = stage.scene.lights[0];
-    let (mean_square, largest, used) =
+    let (mean_square, largest, used, strays) =
         z_scores(&stage, Shading::Sampled, 200, |point| exact(&light, point, 2.0));
     // z² of a mean over 200 seeds is chi-square with one degree of freedom: mean 1, standard deviation of the mean over
     // `used` pixels √(2/used). The largest of about 1,500 normal numbers lies below 5 with probability 0.999.
@@ -89,6 +99,7 @@ fn sampled_irradiance_is_unbiased() {
     assert!(used > 800, "{used} pixels");
     assert!((mean_square - 1.0).abs() < 5.0 * spread, "mean z² {mean_square} of {used} pixels");
     assert!(largest < 5.0, "{largest}");
+    assert_eq!(strays, 0);
 }
 
 #[test]
@@ -96,7 +107,7 @@ fn a_wrong_answer_is_noticed() {
     let stage = Stage::bundled("half-plane").unwrap();
     let light = stage.scene.lights[0];
     // The sheet 2 cm too high.
-    let (mean_square, largest, _) =
+    let (mean_square, largest, ..) =
         z_scores(&stage, Shading::Sampled, 50, |point| exact(&light, point, 2.02));
     assert!(mean_square > 1.5 && largest > 5.0, "{mean_square} {largest}");
 }
@@ -105,10 +116,11 @@ fn a_wrong_answer_is_noticed() {
 fn the_ratio_estimator_is_within_its_bias() {
     let stage = Stage::bundled("half-plane").unwrap();
     let light = stage.scene.lights[0];
-    let (mean_square, largest, used) =
+    let (mean_square, largest, used, strays) =
         z_scores(&stage, Shading::Ratio, 200, |point| exact(&light, point, 2.0));
     // A ratio of two means is biased by a share 1/K of its variance: with 16 samples and 200 seeds up to about one standard
     // error more than an unbiased estimate.
     assert!(used > 200, "{used} pixels");
+    assert_eq!(strays, 0);
     assert!(mean_square < 2.5 && largest < 6.0, "mean z² {mean_square}, largest {largest}");
 }

@@ -25,8 +25,10 @@ multiversion! {
     /// The same for many receivers: `out[i]` for `origins[i]` and `normals[i]`, as many as the shortest slice has.
     /// A zero normal gives 0.
     pub fn unshadowed_many(light: &AreaLight, origins: &[Vec3], normals: &[Vec3], out: &mut [f32]) {
-        let corners = light.corners().map(Vec3::as_dvec3);
-        let facing = light.edge_u.as_dvec3().cross(light.edge_v.as_dvec3());
+        // In double precision from the start: the corners of a small light far from the origin round to one point.
+        let (corner, u, v) = (light.corner.as_dvec3(), light.edge_u.as_dvec3(), light.edge_v.as_dvec3());
+        let corners = [corner, corner + u, corner + u + v, corner + v];
+        let facing = u.cross(v);
         let chunks = out.chunks_mut(LANES).zip(origins.chunks(LANES).zip(normals.chunks(LANES)));
         for (out, (origins, normals)) in chunks {
             let count = out.len().min(origins.len()).min(normals.len());
