@@ -1,0 +1,101 @@
+//! Procedural meshes: halls, foliage and small scenes with a closed-form answer.
+//!
+//! Every generator is deterministic: the same name and parameters give the same mesh bit for bit.
+//! World space is metres, y up; floors lie at y = 0.
+//!
+//! | name | what it is | parameters, with defaults |
+//! | --- | --- | --- |
+//! | `atrium` | arcaded court of two storeys, 67 k triangles, 28.5 × 14 × 12 m along x | `detail` 1: divisions of round things |
+//! | `nave` | vaulted church, 75 k triangles, 32 × 15 × 13 m along x | `detail` 1 |
+//! | `hairball` | ball of thin tubes over a floor | `triangles` 100000, up to 2.85 M; `thickness` (by count): radius in metres; `seed` 1 |
+//! | `tree` | trunk, branches, twigs and leaves, 367 k triangles, 9 m high | `leaves` 12: on each twig; `seed` 4 |
+//! | `open-floor` | a square floor | `size` 20: metres across; `cells` 8: quads across |
+//! | `half-plane` | the floor, and a sheet above x < 0 | floor's; `height` 2; `extent` 100 |
+//! | `contact` | the floor, and a box on it | floor's; `width` 1; `height` 1; `depth` 1 |
+//! | `railing` | the floor, and bars between two rails | floor's; `bars` 25; `length` 4; `height` 1; `thickness` 0.02 × height |
+
+mod atrium;
+mod builder;
+mod columns;
+mod hairball;
+mod nave;
+mod parameters;
+mod plain;
+mod random;
+mod shapes;
+#[cfg(test)]
+mod tests;
+mod tree;
+
+use halflight_core::scene::Mesh;
+
+use parameters::Parameters;
+
+/// Why a mesh cannot be generated.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GenerateError {
+    /// No generator has this name.
+    #[error("unknown generator `{name}`; known are {}", known.join(", "))]
+    UnknownGenerator {
+        /// The name asked for.
+        name: String,
+        /// All names.
+        known: Vec<&'static str>,
+    },
+    /// The generator has no such parameter.
+    #[error("generator `{generator}` has no parameter `{key}`; it has {}", known.join(", "))]
+    UnknownParameter {
+        /// The generator.
+        generator: &'static str,
+        /// The key given.
+        key: String,
+        /// All keys of this generator.
+        known: Vec<&'static str>,
+    },
+    /// A parameter has the wrong type or is out of range.
+    #[error("parameter `{key}` of generator `{generator}` is {found}, expected {expected}")]
+    BadParameter {
+        /// The generator.
+        generator: &'static str,
+        /// The parameter.
+        key: &'static str,
+        /// What was given.
+        found: String,
+        /// What would be right.
+        expected: String,
+    },
+}
+
+type Generator = fn(&mut Parameters) -> Result<Mesh, GenerateError>;
+
+const NAMES: [&str; 8] =
+    ["atrium", "contact", "hairball", "half-plane", "nave", "open-floor", "railing", "tree"];
+
+/// One for each name, in the same order.
+const GENERATORS: [Generator; NAMES.len()] = [
+    atrium::atrium,
+    plain::contact,
+    hairball::hairball,
+    plain::half_plane,
+    nave::nave,
+    plain::open_floor,
+    plain::railing,
+    tree::tree,
+];
+
+/// Names of all generators, sorted.
+pub fn names() -> &'static [&'static str] {
+    &NAMES
+}
+
+/// Builds the mesh `name` with the given parameters; those left out take their defaults.
+///
+/// # Errors
+/// [`GenerateError`] for a name, key or value that the generators do not know or accept.
+pub fn generate(name: &str, parameters: toml::Table) -> Result<Mesh, GenerateError> {
+    let Some(index) = NAMES.iter().position(|known| *known == name) else {
+        return Err(GenerateError::UnknownGenerator { name: name.to_owned(), known: NAMES.to_vec() });
+    };
+    GENERATORS[index](&mut Parameters::new(NAMES[index], parameters))
+}

@@ -1,0 +1,232 @@
+//! What every generator must keep: counts, determinism, valid geometry, solids wound outwards, clear errors.
+
+use std::collections::HashSet;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use glam::{Vec2, Vec3};
+use halflight_core::scene::Mesh;
+
+use super::builder::Builder;
+use super::columns::{Detail, baluster, pot};
+use super::shapes::{arch, groin_vault, rectangle, swept, tube, vault_section};
+use super::{generate, names};
+
+fn mesh(name: &str, parameters: &str) -> Mesh {
+    generate(name, parameters.parse().unwrap()).unwrap()
+}
+
+fn message(name: &str, parameters: &str) -> String {
+    generate(name, parameters.parse().unwrap()).unwrap_err().to_string()
+}
+
+fn bits(p: Vec3) -> [u32; 3] {
+    // Adding zero turns -0 into 0, which is the same place.
+    (p + 0.0).to_array().map(f32::to_bits)
+}
+
+fn hash(mesh: &Mesh) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    mesh.positions.iter().chain(&mesh.normals).for_each(|&p| bits(p).hash(&mut hasher));
+    (&mesh.triangles, &mesh.material_ids).hash(&mut hasher);
+    hasher.finish()
+}
+
+/// Why a mesh is not fit to be rendered, or nothing.
+fn fault(mesh: &Mesh) -> Option<String> {
+    if let Err(error) = mesh.validate() {
+        return Some(error.to_string());
+    }
+    let mut seen = HashSet::new();
+    for index in 0..mesh.triangle_count() {
+        let corners = mesh.corners(index);
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+        // The builder drops what is flatter than 1e-5 of its longest side; parts are then moved, which rounds
+        // coordinates up to 100 m to 4e-6 m, so that the thinnest may come out a little flatter.
+        if (b - a).cross(c - a).length() <= 2e-6 * longest {
+            return Some(format!("triangle {index} has no area: {corners:?}"));
+        }
+        let mut key = corners.map(bits);
+        key.sort_unstable();
+        if !seen.insert(key) {
+            return Some(format!("triangle {index} is there twice: {corners:?}"));
+        }
+    }
+    // Normalising in single precision is off by a few units in the last place.
+    let bad = mesh.normals.iter().position(|n| (n.length() - 1.0).abs() > 1e-5)?;
+    Some(format!("normal {bad} is {}", mesh.normals[bad]))
+}
+
+/// Volume inside a closed mesh, positive when it is wound outwards.
+fn volume(mesh: &Mesh) -> f32 {
+    (0..mesh.triangle_count()).map(|i| mesh.corners(i)).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
+}
+
+#[test]
+fn triangle_counts_are_like_the_papers() {
+    // Sponza 66,454, Sibenik 75,284, tree 367,000: within 3 %, which no timing would notice.
+    for (name, expected) in [("atrium", 66_454.0), ("nave", 75_284.0), ("tree", 367_000.0)] {
+        let count = mesh(name, "").triangle_count() as f32;
+        assert!((count / expected - 1.0).abs() < 0.03, "{name} has {count} triangles instead of {expected}");
+    }
+    for triangles in [1_000, 1_001, 25_000, 99_999, 300_000] {
+        let count = mesh("hairball", &format!("triangles = {triangles}")).triangle_count();
+        // One more ring of a three-sided tube is six triangles.
+        assert!(triangles - count < 6, "{count} triangles instead of {triangles}");
+    }
+}
+
+#[test]
+fn every_mesh_is_valid_and_the_same_each_time() {
+    for &name in names() {
+        let first = mesh(name, "");
+        assert_eq!(fault(&first), None, "{name}");
+        assert_eq!(hash(&first), hash(&mesh(name, "")), "{name}");
+    }
+    for (name, parameters) in [
+        ("atrium", "detail = 0.25"),
+        ("atrium", "detail = 2"),
+        ("nave", "detail = 0.25"),
+        ("nave", "detail = 2"),
+        ("hairball", "triangles = 1000\nthickness = 0.1"),
+        ("tree", "leaves = 0"),
+        ("railing", "bars = 2\nlength = 0.5\nthickness = 0.2"),
+        ("contact", "width = 0.001\nheight = 100"),
+    ] {
+        let other = mesh(name, parameters);
+        assert_eq!(fault(&other), None, "{name} with {parameters}");
+        assert_ne!(hash(&other), hash(&mesh(name, "")), "{name} with {parameters}");
+    }
+    assert_ne!(hash(&mesh("hairball", "seed = 1")), hash(&mesh("hairball", "seed = 2")));
+}
+
+#[test]
+fn faults_are_noticed() {
+    let good = mesh("contact", "");
+    let mut flat = good.clone();
+    flat.triangles[3][1] = flat.triangles[3][0];
+    assert!(fault(&flat).unwrap().contains("no area"));
+    let mut twice = good.clone();
+    twice.triangles[4] = twice.triangles[5];
+    assert!(fault(&twice).unwrap().contains("twice"));
+    let mut long = good;
+    long.normals[2] *= 1.1;
+    assert!(fault(&long).unwrap().contains("normal 2"));
+}
+
+#[test]
+fn solids_are_closed_and_wound_outwards() {
+    let close = |found: f32, expected: f32, tolerance: f32| {
+        assert!((found / expected - 1.0).abs() < tolerance, "volume {found} instead of {expected}");
+    };
+    let mut block = Builder::new();
+    block.block(Vec3::new(3.0, -1.0, 2.0), Vec3::new(2.0, 3.0, 4.0));
+    // Rounding only.
+    close(volume(&block.finish(&[])), 24.0, 1e-5);
+
+    let mut straight = Builder::new();
+    let path = [(0.0, 0.0), (0.0, 0.5), (4.0, 0.5), (4.0, 0.0)].map(|(x, radius)| (Vec3::X * x, radius));
+    tube(&mut straight, &path, 64);
+    // A circle has 0.16 % more area than its inscribed 64-gon.
+    close(volume(&straight.finish(&[])), 0.25 * std::f32::consts::PI * 4.0, 2e-3);
+
+    let mut frame = Builder::new();
+    let path =
+        [[0.0, 0.0], [0.0, 3.0], [2.0, 3.0], [2.0, 0.0], [0.0, 0.0]].map(|[x, z]| Vec3::new(x, 0.0, z));
+    swept(&mut frame, &rectangle(0.5, -0.1, 0.1), &path, Vec3::Y);
+    // Mitred, the frame is as long as its middle line: 10 × 0.5 × 0.2. Rounding only.
+    close(volume(&frame.finish(&[])), 1.0, 1e-5);
+
+    // Turned shapes without a disc at the foot: it is at y = 0 and adds nothing to the sum.
+    for part in [pot(1.0, 24.0, Detail(1.0)), baluster(1.0, Detail(1.0))] {
+        assert!(volume(&part.finish(&[])) > 0.0);
+    }
+}
+
+#[test]
+fn halls_stand_upright() {
+    // A floor is seen from above and a vault from below, wherever the camera is.
+    for name in names() {
+        let mesh = mesh(name, "");
+        let floor = (0..mesh.triangle_count())
+            .map(|i| mesh.corners(i))
+            .filter(|corners| corners.iter().all(|p| p.y == 0.0))
+            .map(|[a, b, c]| (b - a).cross(c - a).normalize());
+        let mut area = 0;
+        for normal in floor {
+            assert!(normal.y > 0.999, "{name} has a floor that faces {normal}");
+            area += 1;
+        }
+        assert!(area > 0, "{name} has no floor");
+    }
+    let mut vault = Builder::new();
+    groin_vault(&mut vault, Vec2::new(2.0, 3.0), 2.5, 8);
+    assert!(vault.finish(&[]).normals.iter().all(|normal| normal.y < 1e-6 || *normal == Vec3::Y));
+}
+
+#[test]
+fn bundled_lights_face_what_the_camera_looks_at() {
+    for (name, _) in crate::bundled() {
+        let scene = crate::load_bundled(name).unwrap().scene;
+        for light in &scene.lights {
+            assert!(light.emits_towards(scene.camera.target), "{name}");
+            // A light in a wall or a beam would be half dark: no geometry may cross it, so no corner of a triangle
+            // may lie between its edges and within a hand's breadth of its plane.
+            let normal = light.normal();
+            let near = scene.mesh.positions.iter().find(|&&p| {
+                let from = p - light.corner;
+                let along = |edge: Vec3| from.dot(edge) / edge.length_squared();
+                from.dot(normal).abs() < 0.1
+                    && [light.edge_u, light.edge_v].iter().all(|&edge| (0.0..=1.0).contains(&along(edge)))
+            });
+            assert_eq!(near, None, "{name}");
+        }
+    }
+}
+
+#[test]
+fn arches_span_what_they_are_asked_to() {
+    for (half, rise) in [(1.0, 1.0), (2.0, 3.0), (3.0, 1.0), (0.5, 5.0)] {
+        let points = arch(half, rise, 6);
+        // Rounding of the circle's sine and cosine.
+        let tolerance = 1e-5 * (half + rise);
+        assert!(points[0].distance(Vec2::new(-half, 0.0)) < tolerance);
+        assert!(points[6].distance(Vec2::new(0.0, rise)) < tolerance);
+        assert!(points[12].distance(Vec2::new(half, 0.0)) < tolerance);
+        assert!(points.windows(2).all(|pair| pair[0].x < pair[1].x));
+        let section = vault_section(Vec2::new(half, 0.5 * half), rise, 6);
+        assert!(section.iter().zip(&points).all(|(a, b)| (a.x * half - b.x).abs() < tolerance && a.y == b.y));
+    }
+}
+
+#[test]
+fn wrong_parameters_are_refused() {
+    assert_eq!(
+        message("castle", ""),
+        "unknown generator `castle`; known are atrium, contact, hairball, half-plane, nave, open-floor, railing, tree"
+    );
+    assert_eq!(
+        message("hairball", "triangels = 5"),
+        "generator `hairball` has no parameter `triangels`; it has triangles, thickness, seed"
+    );
+    assert_eq!(
+        message("hairball", "triangles = 999"),
+        "parameter `triangles` of generator `hairball` is 999, expected a whole number from 1000 to 2850000"
+    );
+    assert_eq!(
+        message("hairball", "triangles = -1"),
+        "parameter `triangles` of generator `hairball` is -1, expected a whole number from 1000 to 2850000"
+    );
+    assert_eq!(
+        message("atrium", "detail = \"fine\""),
+        "parameter `detail` of generator `atrium` is \"fine\", expected a number from 0.25 to 4"
+    );
+    for value in ["nan", "inf", "1e300", "-1", "true", "[1]"] {
+        assert!(
+            message("nave", &format!("detail = {value}")).contains("expected a number from 0.25 to 4"),
+            "{value}"
+        );
+    }
+    // The bars may not close the gap between the rails.
+    assert!(message("railing", "height = 0.5\nthickness = 0.2").contains("from 0.0001 to 0.1"));
+}
