@@ -11,11 +11,30 @@ use super::facet::Facets;
 use super::layout::{Block, Child, boxes};
 use super::slab::{Shaft, enters, inverse};
 use super::vector::Vector;
-use super::{Bvh, STACK};
+use super::{Bvh, STACK, push_near_last, push_sorted};
 use crate::simd::{Lanes, Simd};
 
 /// Rays of a bundle.
 pub(crate) const RAYS: usize = 64;
+
+/// Nodes and blocks that a bundle visits as a whole before its rays have box tests of their own.
+const BUDGET: u32 = 32;
+
+/// Rays so few that they are quicker by themselves.
+const ALONE: u32 = 2;
+
+/// Room for what is still to be visited.
+pub(super) struct Stacks {
+    whole: [u32; STACK],
+    split: [(u32, u64); STACK],
+    pub(super) single: [u32; STACK],
+}
+
+impl Stacks {
+    pub(super) fn new() -> Self {
+        Self { whole: [0; STACK], split: [(0, 0); STACK], single: [0; STACK] }
+    }
+}
 
 /// Up to 64 rays from one origin.
 #[derive(Clone)]
@@ -129,38 +148,120 @@ fn first(count: usize) -> u64 {
 impl Bvh {
     /// Which rays of a finished bundle meet a triangle at 0 < t < 1.
     #[inline(always)]
-    pub(super) fn occluded<S: Simd>(&self, bundle: &Bundle, stack: &mut [u32; STACK]) -> u64 {
+    pub(super) fn occluded<S: Simd>(&self, bundle: &Bundle, stacks: &mut Stacks) -> u64 {
         if self.nodes.is_empty() || bundle.count == 0 {
             return 0;
         }
         let shaft = Shaft::new(bundle.origin, bundle.low, bundle.high);
         let all = first(bundle.count);
         let mut alive = all;
-        stack[0] = 0;
+        let mut visits = 0;
+        stacks.whole[0] = 0;
         let mut waiting = 1;
         while waiting > 0 {
             waiting -= 1;
-            match Child::decode(stack[waiting]) {
-                Child::Node(index) => {
-                    let node = &self.nodes[index as usize];
-                    let (low, high) = node.bounds::<S::Eight>();
-                    let (mask, enter) = shaft.enters(low, high, 1.0);
-                    waiting = super::push_near_last(node, mask & node.occupied(), enter, stack, waiting);
-                }
-                Child::Block(index) => {
-                    alive = self.shadow_block::<S>(&self.blocks[index as usize], bundle, &shaft, alive);
-                    if alive == 0 {
-                        break;
+            let child = stacks.whole[waiting];
+            if visits == BUDGET {
+                alive = self.split::<S>(child, bundle, &shaft, alive, stacks);
+            } else {
+                visits += 1;
+                match Child::decode(child) {
+                    Child::Node(index) => {
+                        let node = &self.nodes[index as usize];
+                        let (low, high) = node.bounds::<S::Eight>();
+                        let (mask, enter) = shaft.enters(low, high, 1.0);
+                        waiting = push_near_last(node, mask & node.occupied(), enter, &mut stacks.whole, waiting);
+                    }
+                    Child::Block(index) => {
+                        alive = self.shadow_block::<S>(&self.blocks[index as usize], bundle, &shaft, alive, alive);
                     }
                 }
+            }
+            if alive == 0 {
+                break;
             }
         }
         all & !alive
     }
 
-    /// The rays out of `alive` that a block leaves.
+    /// The rays out of `alive` that everything under `root` leaves, when it is too dense for the bundle as a whole: every
+    /// ray has its own box tests, and rays that are left nearly alone go on by themselves.
     #[inline(always)]
-    fn shadow_block<S: Simd>(&self, block: &Block, bundle: &Bundle, shaft: &Shaft, mut alive: u64) -> u64 {
+    fn split<S: Simd>(&self, root: u32, bundle: &Bundle, shaft: &Shaft, mut alive: u64, stacks: &mut Stacks) -> u64 {
+        let width = S::Wide::WIDTH;
+        let origin = Vector::<S::Wide>::splat(bundle.origin);
+        let end = S::Wide::splat(1.0);
+        stacks.split[0] = (root, alive);
+        let mut waiting = 1;
+        while waiting > 0 {
+            waiting -= 1;
+            let (child, mut rays) = stacks.split[waiting];
+            rays &= alive;
+            if rays == 0 {
+                continue;
+            }
+            if rays.count_ones() <= ALONE {
+                while rays != 0 {
+                    let ray = rays.trailing_zeros() as usize;
+                    rays &= rays - 1;
+                    if self.occludes::<S>(child, bundle.origin, bundle.direction(ray), &mut stacks.single) {
+                        alive &= !(1 << ray);
+                    }
+                }
+                continue;
+            }
+            match Child::decode(child) {
+                Child::Node(index) => {
+                    let node = &self.nodes[index as usize];
+                    let (low, high) = node.bounds::<S::Eight>();
+                    let (mask, enter) = shaft.enters(low, high, 1.0);
+                    let mut left = mask & node.occupied();
+                    let mut distances = [0.0f32; 8];
+                    enter.store(&mut distances);
+                    let (bottom, mut nearest, mut least) = (waiting, waiting, f32::INFINITY);
+                    while left != 0 {
+                        let slot = left.trailing_zeros() as usize;
+                        left &= left - 1;
+                        let (low, high) = node.child_bounds::<S::Wide>(slot);
+                        let mut inside = 0;
+                        for at in (0..bundle.count).step_by(width) {
+                            let some = (rays >> at) as u32 & S::Wide::ALL;
+                            if some != 0 {
+                                let inverse = Vector::load(&bundle.inverse, at);
+                                inside |= u64::from(some & enters(low, high, origin, inverse, end).0) << at;
+                            }
+                        }
+                        if inside != 0 {
+                            stacks.split[waiting] = (node.child(slot), inside);
+                            if distances[slot] < least {
+                                (nearest, least) = (waiting, distances[slot]);
+                            }
+                            waiting += 1;
+                        }
+                    }
+                    if waiting > bottom {
+                        stacks.split.swap(nearest, waiting - 1);
+                    }
+                }
+                Child::Block(index) => {
+                    alive = self.shadow_block::<S>(&self.blocks[index as usize], bundle, shaft, alive, rays);
+                }
+            }
+        }
+        alive
+    }
+
+    /// The rays out of `alive` that a block leaves when those in `rays` are tested.
+    #[inline(always)]
+    fn shadow_block<S: Simd>(
+        &self,
+        block: &Block,
+        bundle: &Bundle,
+        shaft: &Shaft,
+        alive: u64,
+        mut rays: u64,
+    ) -> u64 {
+        let all = rays;
         let (mut within, planes) = self.planes::<S>(block, bundle, shaft, 1.0);
         let width = S::Wide::WIDTH;
         let zero = S::Wide::splat(0.0);
@@ -176,7 +277,7 @@ impl Bvh {
             ];
             let distance = S::Wide::splat(planes.distance[lane]);
             for at in (0..bundle.count).step_by(width) {
-                let mut hits = (alive >> at) as u32 & S::Wide::ALL;
+                let mut hits = (rays >> at) as u32 & S::Wide::ALL;
                 if hits == 0 {
                     continue;
                 }
@@ -187,14 +288,14 @@ impl Bvh {
                     let (low, high) = boxes(&block.triangle_corners(lane), self.padding);
                     let inverse = Vector::load(&bundle.inverse, at);
                     hits &= enters(low, high, origin, inverse, S::Wide::splat(1.0)).0;
-                    alive &= !(u64::from(hits) << at);
+                    rays &= !(u64::from(hits) << at);
                 }
             }
-            if alive == 0 {
+            if rays == 0 {
                 break;
             }
         }
-        alive
+        alive & !(all & !rays)
     }
 
     /// The triangles of a block that a bundle may meet, and the planes of all.
@@ -238,7 +339,7 @@ impl Bvh {
                     let node = &self.nodes[index as usize];
                     let (low, high) = node.bounds::<S::Eight>();
                     let (mask, enter) = shaft.enters(low, high, end);
-                    waiting = super::push_sorted(node, mask & node.occupied(), enter, stack, waiting);
+                    waiting = push_sorted(node, mask & node.occupied(), enter, stack, waiting);
                 }
                 Child::Block(index) => {
                     if self.nearest_in_block::<S>(&self.blocks[index as usize], bundle, &shaft, end, hits) {

@@ -50,6 +50,12 @@ impl Node {
         (Vector::load(&self.low, 0), Vector::load(&self.high, 0))
     }
 
+    /// One child's box in all lanes.
+    #[inline(always)]
+    pub(super) fn child_bounds<L: Lanes>(&self, child: usize) -> (Vector<L>, Vector<L>) {
+        (Vector::broadcast(&self.low, child), Vector::broadcast(&self.high, child))
+    }
+
     #[inline(always)]
     pub(super) fn occupied(&self) -> u32 {
         self.occupied

@@ -10,7 +10,8 @@ use halflight_core::pattern::Pattern;
 use halflight_core::stages::Visibility;
 use rayon::prelude::*;
 
-use super::{Bundle, Bvh, STACK};
+use super::bundle::{Bundle, Stacks};
+use super::Bvh;
 use crate::samples::{LANES, positions};
 use crate::simd::{Isa, Kernel, Simd};
 
@@ -49,6 +50,10 @@ impl Visibility for BvhRays {
         let light = *frame.light(batch.light());
         let parts = batch.parts();
         if words == 0 {
+            return;
+        }
+        if self.bvh.triangle_count() == 0 {
+            parts.visible.copy_from_slice(parts.wanted);
             return;
         }
         let wanted = parts.wanted.par_chunks(CHUNK * words);
@@ -114,7 +119,7 @@ impl Kernel for Together<'_> {
         let chunk = self.0;
         let mut bundle = Bundle::new();
         let mut bits = [0u8; 64];
-        let mut stack = [0u32; STACK];
+        let mut stacks = Stacks::new();
         for query in 0..chunk.queries.len() {
             for word in 0..chunk.words {
                 let slot = query * chunk.words + word;
@@ -124,7 +129,7 @@ impl Kernel for Together<'_> {
                     continue;
                 }
                 chunk.gather::<S>(&mut bundle, &mut bits, query, word);
-                let mut occluded = chunk.bvh.occluded::<S>(&bundle, &mut stack);
+                let mut occluded = chunk.bvh.occluded::<S>(&bundle, &mut stacks);
                 let mut visible = wanted;
                 while occluded != 0 {
                     visible &= !(1 << bits[occluded.trailing_zeros() as usize]);
@@ -147,14 +152,14 @@ impl Kernel for Single<'_> {
         let chunk = self.0;
         let mut bundle = Bundle::new();
         let mut bits = [0u8; 64];
-        let mut stack = [0u32; STACK];
+        let mut stacks = Stacks::new();
         for query in 0..chunk.queries.len() {
             for word in 0..chunk.words {
                 let slot = query * chunk.words + word;
                 chunk.gather::<S>(&mut bundle, &mut bits, query, word);
                 let mut visible = chunk.wanted[slot];
                 for (ray, &bit) in bits[..bundle.count()].iter().enumerate() {
-                    if chunk.bvh.occludes::<S>(bundle.origin(), bundle.direction(ray), &mut stack) {
+                    if chunk.bvh.occludes::<S>(0, bundle.origin(), bundle.direction(ray), &mut stacks.single) {
                         visible &= !(1 << bit);
                     }
                 }

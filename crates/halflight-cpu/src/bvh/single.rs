@@ -6,20 +6,17 @@ use super::facet::Facets;
 use super::layout::{Child, boxes};
 use super::slab::{enters, inverse};
 use super::vector::Vector;
-use super::{Bvh, STACK};
+use super::{Bvh, STACK, push_near_last};
 use crate::simd::{Lanes, Simd};
 
 impl Bvh {
-    /// Whether the open segment from `origin` to `origin + d` meets a triangle.
+    /// Whether the open segment from `origin` to `origin + d` meets a triangle under the child `root`.
     #[inline(always)]
-    pub(super) fn occludes<S: Simd>(&self, origin: Vec3, d: Vec3, stack: &mut [u32; STACK]) -> bool {
-        if self.nodes.is_empty() {
-            return false;
-        }
+    pub(super) fn occludes<S: Simd>(&self, root: u32, origin: Vec3, d: Vec3, stack: &mut [u32; STACK]) -> bool {
         let (from, along) = (Vector::<S::Eight>::splat(origin), Vector::<S::Eight>::splat(d));
         let reciprocal = Vector { x: inverse(along.x), y: inverse(along.y), z: inverse(along.z) };
         let end = S::Eight::splat(1.0);
-        stack[0] = 0;
+        stack[0] = root;
         let mut waiting = 1;
         while waiting > 0 {
             waiting -= 1;
@@ -28,7 +25,7 @@ impl Bvh {
                     let node = &self.nodes[index as usize];
                     let (low, high) = node.bounds();
                     let (mask, enter) = enters(low, high, from, reciprocal, end);
-                    waiting = super::push_near_last(node, mask & node.occupied(), enter, stack, waiting);
+                    waiting = push_near_last(node, mask & node.occupied(), enter, stack, waiting);
                 }
                 Child::Block(index) => {
                     let corners = self.blocks[index as usize].corners();
