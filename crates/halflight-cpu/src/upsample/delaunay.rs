@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 
 use super::cells::{Field, TILE};
-use super::nearby::{Source, fill_reach};
+use super::nearby::{Role, Source, assign_roles};
 use super::robust::{Fit, RbfRobustConfig, Scratch};
 use super::surface::{SurfaceLimits, Surfaces};
 
@@ -33,7 +33,7 @@ pub struct DelaunayConfig {
 pub struct Delaunay {
     config: DelaunayConfig,
     owners: Vec<u32>,
-    reach: Vec<f32>,
+    roles: Vec<Role>,
     taken: Vec<bool>,
     triangles: Vec<[u32; 3]>,
     /// First entry of every band in `order`.
@@ -79,9 +79,9 @@ impl Upsampler for Delaunay {
         sort_into_bands(&field, &mut self.triangles, &mut self.bands, &mut self.order);
 
         let robust = RbfRobustConfig { surface: self.config.surface, ..RbfRobustConfig::default() };
-        fill_reach(&field, robust.radius, &mut self.reach);
         let surfaces = Surfaces::new(frame, &self.config.surface);
-        let source = Source { field: &field, surfaces: &surfaces, reach: &self.reach };
+        assign_roles(&field, &surfaces, robust.radius, &mut self.roles);
+        let source = Source { field: &field, surfaces: &surfaces, roles: &self.roles };
 
         let band = field.width as usize * TILE as usize;
         out.par_chunks_mut(band).enumerate().for_each(|(index, pixels)| {
@@ -98,7 +98,8 @@ impl Upsampler for Delaunay {
     }
 
     fn bytes(&self) -> usize {
-        (self.owners.capacity() + self.reach.capacity() + self.bands.capacity() + self.order.capacity()) * 4
+        (self.owners.capacity() + self.bands.capacity() + self.order.capacity()) * 4
+            + self.roles.capacity() * size_of::<Role>()
             + self.taken.capacity()
             + self.triangles.capacity() * size_of::<[u32; 3]>()
     }
@@ -192,6 +193,7 @@ fn rasterize(source: &Source, triangle: [u32; 3], top: u32, pixels: &mut [f32]) 
         return;
     }
     let scale = 1.0 / area;
+    let trust = triangle.map(|index| source.trust(index));
     let patches = [a, b, c].map(|sample| source.surfaces.patch(sample.pixel as usize));
     // Pixel (x, y) has its centre half a pixel further.
     let span = |p: f32, q: f32, r: f32, low: u32, high: u32| {
@@ -205,7 +207,7 @@ fn rasterize(source: &Source, triangle: [u32; 3], top: u32, pixels: &mut [f32]) 
             let (dx, dy) = (x as f32 + 0.5 - a.x, y as f32 + 0.5 - a.y);
             let (wb, wc) = ((dx * vy - dy * vx) * scale, (ux * dy - uy * dx) * scale);
             let weights = [1.0 - wb - wc, wb, wc];
-            if weights.iter().any(|&weight| !(weight >= -INSIDE)) {
+            if !weights.iter().all(|&weight| weight >= -INSIDE) {
                 continue;
             }
             let pixel = field.pixel(x, y);
@@ -219,7 +221,7 @@ fn rasterize(source: &Source, triangle: [u32; 3], top: u32, pixels: &mut [f32]) 
                 let same =
                     source.surfaces.agreement(&patch, patches[corner].position, patches[corner].normal);
                 // A corner that counts for nothing must not be all that is left.
-                let weight = weights[corner].max(INSIDE) * same;
+                let weight = weights[corner].max(INSIDE) * same * trust[corner];
                 if weight > 0.0 {
                     sum += weight * values[corner];
                     total += weight;

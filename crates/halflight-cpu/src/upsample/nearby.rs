@@ -3,11 +3,16 @@
 use halflight_core::fragment::Cell;
 use halflight_core::glam::Vec3;
 
+use rayon::prelude::*;
+
 use super::cells::{Field, Piece, Rect};
 use super::surface::{Patch, Surfaces};
 
 /// Samples that a piece of a cell looks at; further ones are left out.
 const MAX_SAMPLES: usize = 192;
+
+/// Weight of a sample whose fragment lies on several surfaces: it only counts where there is no other.
+const MIXED: f32 = 1e-4;
 
 /// A sample whose value exists, with its surface.
 #[derive(Clone, Copy, Debug, Default)]
@@ -17,9 +22,21 @@ pub(super) struct Known {
     pub(super) value: f32,
     /// One over the squared radius of its influence, in pixels.
     pub(super) inverse_reach2: f32,
+    /// 1 where its whole fragment lies on one surface, almost 0 where its value is a mixture.
+    pub(super) trust: f32,
     pub(super) position: Vec3,
     pub(super) normal: Vec3,
-    index: u32,
+    /// As in [`Patch`].
+    allowed: f32,
+}
+
+/// What a sample may do, wherever it is used.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Role {
+    /// Radius of influence, in pixels.
+    reach: f32,
+    /// As in [`Known`].
+    trust: f32,
 }
 
 /// Where samples are taken from.
@@ -27,20 +44,28 @@ pub(super) struct Known {
 pub(super) struct Source<'a> {
     pub(super) field: &'a Field<'a>,
     pub(super) surfaces: &'a Surfaces<'a>,
-    /// Radius of influence of every sample, in pixels.
-    pub(super) reach: &'a [f32],
+    /// Every sample's weight.
+    pub(super) roles: &'a [Role],
+}
+
+impl Source<'_> {
+    /// How far a sample stands for one surface, 0 … 1.
+    pub(super) fn trust(&self, index: u32) -> f32 {
+        self.roles[index as usize].trust
+    }
 }
 
 /// Samples, each once. Its memory is part of it.
 #[derive(Debug)]
 pub(super) struct Nearby {
     known: [Known; MAX_SAMPLES],
+    indices: [u32; MAX_SAMPLES],
     len: usize,
 }
 
 impl Default for Nearby {
     fn default() -> Self {
-        Self { known: [Known::default(); MAX_SAMPLES], len: 0 }
+        Self { known: [Known::default(); MAX_SAMPLES], indices: [0; MAX_SAMPLES], len: 0 }
     }
 }
 
@@ -80,6 +105,14 @@ impl Nearby {
         )
     }
 
+    /// The first sample's surface, if all samples lie on one plane so closely that they agree in full with all that does.
+    pub(super) fn plane(&self, surfaces: &Surfaces) -> Option<Patch> {
+        let first = self.samples().first()?;
+        let plane = Patch { position: first.position, normal: first.normal, allowed: first.allowed };
+        let flat = |known: &Known| surfaces.lies_on(&plane, known.position, known.normal, known.allowed);
+        self.samples().iter().all(flat).then_some(plane)
+    }
+
     /// An average for a pixel centred at (x, y) that no near sample shares a surface with: of the samples that do, by
     /// distance; or else of all, by how well their surfaces fit. 0 without samples.
     pub(super) fn average(&self, surfaces: &Surfaces, x: f32, y: f32, patch: &Patch) -> f32 {
@@ -98,8 +131,13 @@ impl Nearby {
             }
             (total > 0.0).then(|| (sum / total).clamp(low, high))
         };
-        mean(&|known| surfaces.agreement(patch, known.position, known.normal))
-            .or_else(|| mean(&|known| surfaces.likeness(patch, known.position, known.normal)))
+        // Where no surface fits, a mixture that may hold the pixel's own is better than a pure sample of another.
+        let fit = |known: &Known| match known.trust < 0.5 {
+            true => 0.5,
+            false => surfaces.likeness(patch, known.position, known.normal),
+        };
+        mean(&|known| known.trust * surfaces.agreement(patch, known.position, known.normal))
+            .or_else(|| mean(&fit))
             .unwrap_or(0.0)
     }
 
@@ -114,7 +152,7 @@ impl Nearby {
     fn add(&mut self, source: &Source, index: u32, reached: Option<Rect>) {
         let Some(sample) = source.field.sample(index) else { return };
         let Some(value) = source.field.value(index) else { return };
-        let reach = source.reach[index as usize];
+        let Role { reach, trust } = source.roles[index as usize];
         if let Some(rect) = reached {
             // From the nearest pixel centre of the rectangle.
             let dx = (rect.x0 as f32 + 0.5 - sample.x).max(sample.x - rect.x1 as f32 + 0.5).max(0.0);
@@ -123,7 +161,7 @@ impl Nearby {
                 return;
             }
         }
-        if self.len == MAX_SAMPLES || self.samples().iter().any(|known| known.index == index) {
+        if self.len == MAX_SAMPLES || self.indices[..self.len].contains(&index) {
             return;
         }
         let patch = source.surfaces.patch(sample.pixel as usize);
@@ -132,27 +170,51 @@ impl Nearby {
             y: sample.y,
             value,
             inverse_reach2: 1.0 / (reach * reach),
+            trust,
             position: patch.position,
             normal: patch.normal,
-            index,
+            allowed: patch.allowed,
         };
+        self.indices[self.len] = index;
         self.len += 1;
     }
 }
 
-/// Writes the radius of influence of every sample: `radius` times the spacing of samples in the largest cell that uses
-/// it. A cell with a sample of its own alone has them a cell apart, one with more half a cell.
-pub(super) fn fill_reach(field: &Field, radius: f32, reach: &mut Vec<f32>) {
-    reach.clear();
-    reach.resize(field.sample_count(), radius);
+/// Writes what every sample may do. Its reach is `radius` times the spacing of samples in the largest cell that uses it:
+/// a cell with a sample of its own alone has them a cell apart, one with more half a cell.
+pub(super) fn assign_roles(field: &Field, surfaces: &Surfaces, radius: f32, roles: &mut Vec<Role>) {
+    roles.clear();
+    (0..field.sample_count() as u32)
+        .into_par_iter()
+        .map(|index| Role { reach: radius, trust: trust(field, surfaces, index) })
+        .collect_into_vec(roles);
     for cell in field.cells() {
         let samples = field.samples_of(cell);
         let size = f32::from(cell.level.min(31)).exp2();
         let spacing = if samples.len() > 1 { (0.5 * size).max(1.0) } else { size };
         for &index in samples {
-            if let Some(reach) = reach.get_mut(index as usize) {
-                *reach = reach.max(radius * spacing);
+            if let Some(role) = roles.get_mut(index as usize) {
+                role.reach = role.reach.max(radius * spacing);
             }
         }
     }
+}
+
+/// How far a sample stands for one surface. The value of a fragment across an edge is a mixture that is right on neither
+/// side: refinement by depth stops at 2×2 pixels, so these are common at silhouettes.
+fn trust(field: &Field, surfaces: &Surfaces, index: u32) -> f32 {
+    let Some(sample) = field.sample(index).filter(|sample| sample.level > 0) else { return 1.0 };
+    let patch = surfaces.patch(sample.pixel as usize);
+    let quarter = 0.25 * f32::from(sample.level.min(31)).exp2();
+    let mut agreement = 1.0f32;
+    for (dx, dy) in [(-quarter, -quarter), (quarter, -quarter), (-quarter, quarter), (quarter, quarter)] {
+        let x = ((sample.x + dx).max(0.0) as u32).min(field.width - 1);
+        let y = ((sample.y + dy).max(0.0) as u32).min(field.height - 1);
+        let pixel = field.pixel(x, y);
+        if surfaces.is_receiver(pixel) {
+            let other = surfaces.patch(pixel);
+            agreement = agreement.min(surfaces.agreement(&patch, other.position, other.normal));
+        }
+    }
+    agreement.max(MIXED)
 }

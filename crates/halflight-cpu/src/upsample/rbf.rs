@@ -351,7 +351,7 @@ impl Target {
         let phi = |p: &Basis, q: &Basis| (-self.distance2(p.x - q.x, p.y - q.y) / variance).exp();
         let (ab, ac, bc) = (phi(&a, &b), phi(&a, &c), phi(&b, &c));
         let determinant = 1.0 + 2.0 * ab * ac * bc - ab * ab - ac * ac - bc * bc;
-        if !(determinant > SINGULAR) {
+        if determinant.is_nan() || determinant <= SINGULAR {
             return None;
         }
         // Rows of the adjugate.

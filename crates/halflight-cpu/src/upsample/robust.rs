@@ -7,7 +7,7 @@ use halflight_core::stages::Upsampler;
 use serde::{Deserialize, Serialize};
 
 use super::cells::{Field, Piece, Rows, TILE_PIXELS};
-use super::nearby::{Known, Nearby, Source, fill_reach};
+use super::nearby::{Known, Nearby, Role, Source, assign_roles};
 use super::surface::{Patch, SurfaceLimits, Surfaces};
 use crate::dispatch::multiversion;
 
@@ -31,14 +31,15 @@ pub struct RbfRobustConfig {
 
 impl Default for RbfRobustConfig {
     fn default() -> Self {
-        Self { surface: SurfaceLimits::default(), radius: 2.0, softness_px: 0.5, stiffness: 0.02 }
+        Self { surface: SurfaceLimits::default(), radius: 2.0, softness_px: 1.0, stiffness: 0.1 }
     }
 }
 
 /// Compact radial basis functions, normalised, with a linear term, kept within the bounds of the samples.
 ///
-/// Every sample has a weight `(1 - (d/r)²)² / (d² + s²)` at distance `d`, with `r` proportional to the spacing of
-/// samples in its cell, times the agreement of its surface with the pixel's. The pixel's value is the weighted
+/// Every sample has a weight `(1 - t)² / (t + s²/r²)` at `t = (d/r)²`, with `d` its distance and `r` proportional to the
+/// spacing of samples in its cell, times the agreement of its surface with the pixel's. So nearer samples count for more,
+/// and as much as the area that they stand for: a crowd of single pixels does not outvote the fragment beside it. The pixel's value is the weighted
 /// least-squares plane through the samples, read at the pixel and clamped to the least and largest sample that took
 /// part: constants and (away from borders) ramps come out as they are, nothing overshoots, and no matrix can be
 /// singular, since the spread of the samples is padded before it is inverted.
@@ -50,7 +51,7 @@ impl Default for RbfRobustConfig {
 pub struct RbfRobust {
     config: RbfRobustConfig,
     owners: Vec<u32>,
-    reach: Vec<f32>,
+    roles: Vec<Role>,
 }
 
 impl RbfRobust {
@@ -66,9 +67,9 @@ impl Upsampler for RbfRobust {
             out.fill(0.0);
             return;
         };
-        fill_reach(&field, self.config.radius.max(1.0), &mut self.reach);
         let surfaces = Surfaces::new(frame, &self.config.surface);
-        let source = Source { field: &field, surfaces: &surfaces, reach: &self.reach };
+        assign_roles(&field, &surfaces, self.config.radius.max(1.0), &mut self.roles);
+        let source = Source { field: &field, surfaces: &surfaces, roles: &self.roles };
         let fit = Fit::new(&self.config);
         field.for_each_piece(out, |piece, rows, scratch: &mut Scratch| {
             scratch.fill(&source, &fit, piece, rows, false);
@@ -77,7 +78,7 @@ impl Upsampler for RbfRobust {
     }
 
     fn bytes(&self) -> usize {
-        (self.owners.capacity() + self.reach.capacity()) * 4
+        self.owners.capacity() * 4 + self.roles.capacity() * size_of::<Role>()
     }
 }
 
@@ -162,7 +163,9 @@ impl Scratch {
             return;
         }
         self.block.load(source, piece, rows, rest);
-        fit_block(fit, source.surfaces, self.near.samples(), &mut self.block);
+        let plane = self.near.plane(source.surfaces);
+        let flat = plane.is_some_and(|plane| self.block.lies_on(&plane, source.surfaces));
+        fit_block(fit, source.surfaces, self.near.samples(), flat, &mut self.block);
         let block = &self.block;
         let mut widened = false;
         for lane in 0..block.len {
@@ -182,6 +185,16 @@ impl Scratch {
 }
 
 impl Block {
+    fn lies_on(&self, plane: &Patch, surfaces: &Surfaces) -> bool {
+        let [px, py, pz] = &self.position;
+        let [nx, ny, nz] = &self.normal;
+        (0..self.len).all(|lane| {
+            let position = Vec3::new(px[lane], py[lane], pz[lane]);
+            let normal = Vec3::new(nx[lane], ny[lane], nz[lane]);
+            surfaces.lies_on(plane, position, normal, self.allowed[lane])
+        })
+    }
+
     /// Takes over the pixels of a piece that see anything, and writes 0 to the others; with `rest` only those that are NaN.
     fn load(&mut self, source: &Source, piece: &Piece, rows: &mut Rows, rest: bool) {
         self.len = 0;
@@ -209,16 +222,26 @@ impl Block {
 }
 
 multiversion! {
-    /// Fits all pixels of the block. Lanes past its end compute leftovers that nobody reads.
-    fn fit_block(fit: &Fit, surfaces: &Surfaces, samples: &[Known], block: &mut Block) {
+    /// Fits all pixels of the block; `flat` says that they and the samples all agree. Lanes past its end compute leftovers that nobody reads.
+    fn fit_block(fit: &Fit, surfaces: &Surfaces, samples: &[Known], flat: bool, block: &mut Block) {
         for start in (0..block.len).step_by(LANES) {
-            fit_lanes(fit, surfaces, samples, block, start);
+            if flat {
+                fit_lanes::<true>(fit, surfaces, samples, block, start);
+            } else {
+                fit_lanes::<false>(fit, surfaces, samples, block, start);
+            }
         }
     }
 }
 
 #[inline(always)]
-fn fit_lanes(fit: &Fit, surfaces: &Surfaces, samples: &[Known], block: &mut Block, start: usize) {
+fn fit_lanes<const FLAT: bool>(
+    fit: &Fit,
+    surfaces: &Surfaces,
+    samples: &[Known],
+    block: &mut Block,
+    start: usize,
+) {
     const ZERO: [f32; LANES] = [0.0; LANES];
     // Weighted sums of 1, x, y, v, x², xy, y², xv, yv relative to the pixel.
     let mut sums = [ZERO; 9];
@@ -234,11 +257,11 @@ fn fit_lanes(fit: &Fit, surfaces: &Surfaces, samples: &[Known], block: &mut Bloc
                 normal: Vec3::new(nx[lane], ny[lane], nz[lane]),
                 allowed: allowed[lane],
             };
-            let same = surfaces.agreement(&patch, known.position, known.normal);
+            let same = if FLAT { 1.0 } else { surfaces.agreement(&patch, known.position, known.normal) };
             let (dx, dy) = (known.x - x[lane], known.y - y[lane]);
-            let distance2 = dx * dx + dy * dy;
-            let rest = (1.0 - distance2 * known.inverse_reach2).max(0.0);
-            let weight = same * rest * rest / (distance2 + fit.softness2);
+            let away = (dx * dx + dy * dy) * known.inverse_reach2;
+            let rest = (1.0 - away).max(0.0);
+            let weight = known.trust * same * rest * rest / (away + fit.softness2 * known.inverse_reach2);
             let (wx, wy) = (weight * dx, weight * dy);
             sums[0][lane] += weight;
             sums[1][lane] += wx;

@@ -90,6 +90,15 @@ impl<'a> Surfaces<'a> {
         flat * turn
     }
 
+    /// Whether a point lies so close to a plane that it agrees in full with every other such point: a quarter of the
+    /// distance at which agreement starts to fall, and a normal that is the same but for rounding.
+    #[inline(always)]
+    pub(super) fn lies_on(&self, plane: &Patch, position: Vec3, normal: Vec3, allowed: f32) -> bool {
+        let off = plane.normal.dot(position - plane.position);
+        16.0 * off * off < 0.5 * allowed.min(plane.allowed)
+            && (normal - plane.normal).length_squared() < 1e-12
+    }
+
     /// Like [`Self::agreement`] but never 0: orders patches by how badly they fit where none fits.
     pub(super) fn likeness(&self, a: &Patch, position: Vec3, normal: Vec3) -> f32 {
         let (misfit, cos) = self.misfit(a, position, normal);

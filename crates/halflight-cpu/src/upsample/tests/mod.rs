@@ -9,7 +9,9 @@ use halflight_core::stages::Upsampler;
 use proptest::prelude::*;
 
 use super::*;
-use support::{Plane, Random, WALL, all, corner_cells, planes, quadtree, upsample, values_by};
+use support::{
+    Plane, Random, WALL, all, corner_cells, planes, push_cell, quadtree, sample_at, upsample, values_by,
+};
 
 /// The first pixel that is not `expected` within `tolerance`, with its value. Sky must be exactly 0.
 fn first_off(gbuffer: &GBuffer, out: &[f32], expected: f32, tolerance: f32) -> Option<(usize, f32)> {
@@ -99,6 +101,222 @@ fn the_papers_rbf_fails_the_flat_field_check() {
     for upsampler in [&mut RbfFixed::default() as &mut dyn Upsampler, &mut RbfAdaptive::default()] {
         let out = upsample(upsampler, &gbuffer, &fragments, &values);
         assert!(first_off(&gbuffer, &out, 1.0, 1e-3).is_some());
-        assert!(first_outside(&gbuffer, &out, 1.0, 1.0).is_some());
+        assert!(first_outside(&gbuffer, &out, 0.0, 1.0).is_some());
+    }
+}
+
+/// Root-mean-square error, least and largest value on a flat field of ones in a 16² fragment, amid samples of random levels
+/// at random places along its edges.
+fn flat_field_error(upsampler: &mut dyn Upsampler) -> (f64, f32, f32) {
+    let gbuffer = planes(48, 48, |_, _| Some(WALL));
+    let mut random = Random(1);
+    let (mut sum, mut low, mut high) = (0.0, f32::INFINITY, f32::NEG_INFINITY);
+    const SETS: u32 = 400;
+    for _ in 0..SETS {
+        let mut fragments = Fragments::default();
+        fragments.reset(48, 48, 0);
+        for (x, y) in (0..3).flat_map(|y| (0..3).map(move |x| (x, y))) {
+            let level = if (x, y) == (1, 1) { 4 } else { random.below(5) as u8 };
+            let half = 0.5 * f32::from(level).exp2();
+            // Touching the fragment in the middle, anywhere along it.
+            let place = |cell: u32, random: &mut Random| match cell {
+                0 => 16.0 - half,
+                1 if level < 4 => 16.0 + 16.0 * random.unit(),
+                1 => 24.0,
+                _ => 32.0 + half,
+            };
+            let (sx, sy) = (place(x, &mut random), place(y, &mut random));
+            let sample = sample_at(&mut fragments, sx, sy, level);
+            fragments.push_cell(4, x, y, &[sample]);
+        }
+        let values = values_by(&fragments, |_, _| 1.0);
+        let out = upsample(upsampler, &gbuffer, &fragments, &values);
+        for value in (16..32).flat_map(|y| (16..32).map(move |x| y * 48 + x)).map(|pixel| out[pixel]) {
+            sum += f64::from(value - 1.0).powi(2);
+            (low, high) = (low.min(value), high.max(value));
+        }
+    }
+    ((sum / f64::from(SETS * 256)).sqrt(), low, high)
+}
+
+#[test]
+fn the_papers_rbf_errs_on_flat_fields_as_measured() {
+    // An independent experiment with random sample sets of its own found 7.6 % (0.92 … 1.18) with the fixed variance and
+    // 3.1 % (0.98 … 1.08) with the adaptive one: a quarter more or less is the same fault on other sets.
+    let (fixed, low, high) = flat_field_error(&mut RbfFixed::default());
+    assert!((0.057..0.095).contains(&fixed) && low < 0.92 && high > 1.1, "{fixed} {low} {high}");
+    let (adaptive, low, high) = flat_field_error(&mut RbfAdaptive::default());
+    assert!((0.023..0.039).contains(&adaptive) && low < 0.98 && high > 1.05, "{adaptive} {low} {high}");
+    assert!(flat_field_error(&mut RbfRobust::default()).0 < 1e-6);
+}
+
+/// The largest error against a function over receiver pixels at least `margin` from the border.
+fn worst(gbuffer: &GBuffer, out: &[f32], margin: u32, truth: impl Fn(f32, f32) -> f32) -> f32 {
+    let (width, height) = (gbuffer.width, gbuffer.height);
+    let mut worst = 0.0f32;
+    for y in margin..height - margin {
+        for x in margin..width - margin {
+            let error = (out[gbuffer.index(x, y)] - truth(x as f32 + 0.5, y as f32 + 0.5)).abs();
+            // A comparison that NaN fails would hide it.
+            worst = if error > worst || error.is_nan() { error } else { worst };
+        }
+    }
+    worst
+}
+
+#[test]
+fn ramps_are_followed() {
+    let gbuffer = planes(160, 128, |_, _| Some(WALL));
+    let mut random = Random(3);
+    let fragments = quadtree(160, 128, 4, true, &mut |_, _, _| random.below(100) < 50);
+    let ramp = |x: f32, y: f32| 0.1 + 0.004 * x + 0.002 * y;
+    let values = values_by(&fragments, ramp);
+    let error = |upsampler: &mut dyn Upsampler| {
+        worst(&gbuffer, &upsample(upsampler, &gbuffer, &fragments, &values), 16, ramp)
+    };
+    // Exact inside triangles; rounding of the weights (1e-6) and the least weight of a corner (1e-5 of the ramp's range)
+    // remain. The fit's stiffness leaves part of the slope to the average: half of what
+    // copying would err by at a fragment's corner, 8 × 0.006.
+    assert!(error(&mut Delaunay::default()) < 1e-5);
+    assert!(error(&mut RbfRobust::default()) < 0.024);
+    assert!(error(&mut Bilinear::default()) > 0.024);
+    assert!(error(&mut RbfFixed::default()) > 0.024);
+}
+
+#[test]
+fn values_do_not_bleed_across_a_step_between_two_planes() {
+    let near = Plane { normal: WALL.normal, distance: -4.8 };
+    let on_near = |x: u32, y: u32| 3 * x + y > 190;
+    let gbuffer = planes(96, 96, |x, y| Some(if on_near(x, y) { near } else { WALL }));
+    let size = |level: u8| 1u32 << level;
+    // Refined at the step down to 2×2 pixels, like the papers'; what a mixed fragment holds is wrong on either side.
+    let fragments = quadtree(96, 96, 5, true, &mut |level, cx, cy| {
+        let mut sides = (0..size(level)).flat_map(|dy| (0..size(level)).map(move |dx| (dx, dy)));
+        let first = on_near(cx << level, cy << level);
+        level > 1 && sides.any(|(dx, dy)| on_near((cx << level) + dx, (cy << level) + dy) != first)
+    });
+    let side = |pixel: usize| if on_near(pixel as u32 % 96, pixel as u32 / 96) { 1.0f32 } else { 0.0 };
+    let values: Vec<_> = fragments
+        .samples()
+        .iter()
+        .map(|sample| {
+            let (x, y) = (sample.pixel as usize % 96, sample.pixel as usize / 96);
+            let quad =
+                [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| side((y - dy.min(y)) * 96 + x - dx.min(x)));
+            Some(if sample.level == 1 { quad.iter().sum::<f32>() / 4.0 } else { side(sample.pixel as usize) })
+        })
+        .collect();
+    let bleeding = |upsampler: &mut dyn Upsampler| {
+        let out = upsample(upsampler, &gbuffer, &fragments, &values);
+        out.iter().enumerate().map(|(pixel, value)| (value - side(pixel)).abs()).fold(0.0, f32::max)
+    };
+    // Samples on the other side weigh nothing and mixed ones a ten-thousandth: where the nearest good sample is twenty
+    // pixels off, and so weighs a four-hundredth itself, a twentieth may come through.
+    let [robust, triangles] = [bleeding(&mut RbfRobust::default()), bleeding(&mut Delaunay::default())];
+    assert!(robust < 0.05 && triangles < 0.05, "{robust} {triangles}");
+    assert!(bleeding(&mut RbfFixed::default()) > 0.2);
+    // Without knowledge of surfaces ours fails as well.
+    let blind = SurfaceLimits { offset_px: 1e6, break_deg: 180.0, ..SurfaceLimits::default() };
+    assert!(bleeding(&mut RbfRobust::new(RbfRobustConfig { surface: blind, ..Default::default() })) > 0.2);
+    assert!(bleeding(&mut Delaunay::new(DelaunayConfig { surface: blind })) > 0.2);
+}
+
+#[test]
+fn thread_counts_do_not_matter() {
+    let (gbuffer, fragments) = random_case(11, 333, 222);
+    let mut random = Random(5);
+    let values: Vec<_> = fragments.samples().iter().map(|_| Some(random.unit())).collect();
+    let run = |threads: usize, index: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| upsample(&mut *all()[index].1, &gbuffer, &fragments, &values))
+    };
+    for (index, (name, mut upsampler)) in all().into_iter().enumerate() {
+        let bits = |out: Vec<f32>| out.into_iter().map(f32::to_bits).collect::<Vec<_>>();
+        let one = bits(run(1, index));
+        assert_eq!(one, bits(run(2, index)), "{name}");
+        assert_eq!(one, bits(run(8, index)), "{name}");
+        // A used upsampler gives the same as a new one, from the same memory.
+        let first = upsample(&mut *upsampler, &gbuffer, &fragments, &values);
+        let bytes = upsampler.bytes();
+        assert_eq!(bits(first), one, "{name}");
+        assert_eq!(bits(upsample(&mut *upsampler, &gbuffer, &fragments, &values)), one, "{name}");
+        assert!(bytes > 0 && upsampler.bytes() == bytes, "{name}");
+        assert_ne!(one.iter().filter(|&&bits| bits != 0).count(), 0, "{name}");
+    }
+}
+
+#[test]
+fn samples_at_shared_corners_work() {
+    let gbuffer = planes(70, 45, |x, _| (x != 31).then_some(WALL));
+    let fragments = corner_cells(70, 45, 4);
+    let ramp = |x: f32, y: f32| 0.2 + 0.003 * x + 0.002 * y;
+    let values = values_by(&fragments, ramp);
+    for (name, mut upsampler) in all() {
+        let out = upsample(&mut *upsampler, &gbuffer, &fragments, &values);
+        // The papers' own may overshoot, but not by more than the values themselves.
+        assert_eq!(first_outside(&gbuffer, &out, -1.0, 2.0), None, "{name}");
+        if matches!(name, "rbf-robust" | "delaunay") {
+            assert_eq!(first_outside(&gbuffer, &out, ramp(0.5, 0.5), ramp(69.5, 44.5)), None, "{name}");
+            for (sample, value) in fragments.samples().iter().zip(&values) {
+                assert_eq!(Some(out[sample.pixel as usize]), *value, "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn cells_without_values_take_them_from_their_neighbours() {
+    let gbuffer = planes(64, 64, |_, _| Some(WALL));
+    let fragments = quadtree(64, 64, 3, true, &mut |_, _, _| false);
+    let hidden = |x: f32, y: f32| (x - 20.0).abs() < 4.5 && (y - 20.0).abs() < 4.5;
+    let values: Vec<_> = fragments.samples().iter().map(|s| (!hidden(s.x, s.y)).then_some(0.5)).collect();
+    assert!(values.iter().any(Option::is_none));
+    for (name, mut upsampler) in ours() {
+        let out = upsample(&mut *upsampler, &gbuffer, &fragments, &values);
+        // At its coarsest level bilinear has nothing to take from, and leaves 0.
+        let low = if name == "bilinear" { 0.0 } else { 0.5 };
+        assert_eq!(first_outside(&gbuffer, &out, low, 0.5), None, "{name}");
+    }
+    let none = vec![None; values.len()];
+    for (name, mut upsampler) in all() {
+        let out = upsample(&mut *upsampler, &gbuffer, &fragments, &none);
+        assert!(out.iter().all(|&value| value == 0.0), "{name}");
+    }
+}
+
+#[test]
+fn pixels_without_a_cell_and_arguments_that_disagree_give_zero() {
+    let gbuffer = planes(20, 10, |_, _| Some(WALL));
+    let mut fragments = Fragments::default();
+    fragments.reset(20, 10, 0);
+    push_cell(&mut fragments, 3, 0, 0, true);
+    let values = values_by(&fragments, |_, _| 1.0);
+    for (name, mut upsampler) in all() {
+        let out = upsample(&mut *upsampler, &gbuffer, &fragments, &values);
+        let inside = |pixel: usize| pixel % 20 < 8 && pixel / 20 < 8;
+        assert!(out.iter().enumerate().all(|(pixel, &value)| (value > 0.5) == inside(pixel)), "{name}");
+        let out = upsample(&mut *upsampler, &gbuffer, &fragments, &values[1..]);
+        assert!(out.iter().all(|&value| value == 0.0), "{name}");
+        let out = upsample(&mut *upsampler, &planes(10, 20, |_, _| Some(WALL)), &fragments, &values);
+        assert!(out.iter().all(|&value| value == 0.0), "{name}");
+    }
+}
+
+#[test]
+fn a_pole_thinner_than_any_fragment_takes_its_mixture() {
+    let near = Plane { normal: WALL.normal, distance: -4.0 };
+    let gbuffer = planes(32, 32, |x, _| Some(if x == 20 { near } else { WALL }));
+    let fragments = quadtree(32, 32, 4, true, &mut |level, x, _| level > 1 && x == 20 >> level);
+    let mixed = |x: f32| (19.0..23.0).contains(&x);
+    let values: Vec<_> = fragments
+        .samples()
+        .iter()
+        .map(|s| Some(if s.level == 1 && mixed(s.x) { 0.5 } else { 0.0 }))
+        .collect();
+    let out = upsample(&mut RbfRobust::default(), &gbuffer, &fragments, &values);
+    // No sample lies on the pole; the wall beside it must not be touched by the mixture.
+    for y in 0..32 {
+        assert!((0.3..=0.5).contains(&out[y * 32 + 20]), "{}", out[y * 32 + 20]);
+        assert!(out[y * 32 + 18] < 0.01 && out[y * 32 + 23] < 0.01);
     }
 }

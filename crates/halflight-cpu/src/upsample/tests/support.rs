@@ -18,7 +18,7 @@ pub(super) struct Random(pub(super) u32);
 impl Random {
     pub(super) fn below(&mut self, end: u32) -> u32 {
         self.0 = self.0.wrapping_add(1);
-        (u64::from(hash::mix(self.0)) * u64::from(end) >> 32) as u32
+        ((u64::from(hash::mix(self.0)) * u64::from(end)) >> 32) as u32
     }
 
     /// In 0 … 1.
