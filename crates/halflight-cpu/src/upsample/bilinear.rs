@@ -38,6 +38,7 @@ pub struct Bilinear {
 #[derive(Debug, Default)]
 struct Level {
     width: u32,
+    height: u32,
     texels: Vec<Texel>,
 }
 
@@ -76,7 +77,8 @@ impl Upsampler for Bilinear {
             let target = &mut finer[level];
             let size = 1u32 << level;
             target.width = field.width.div_ceil(size);
-            let count = target.width as usize * field.height.div_ceil(size) as usize;
+            target.height = field.height.div_ceil(size);
+            let count = target.width as usize * target.height as usize;
             target.texels.resize(count, Texel::EMPTY);
             let width = target.width as usize;
             target.texels.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
@@ -133,13 +135,12 @@ impl Pass<'_> {
     /// Edge-aware bilinear interpolation in the next coarser level.
     #[inline]
     fn interpolate(&self, level: u8, x: u32, y: u32, coarse: &Level) -> Texel {
-        let rows = coarse.texels.len() as u32 / coarse.width;
         // The neighbour on the texel's own side; at the border the parent again.
         let side = |at: u32, count: u32| {
             if at & 1 == 1 { (at / 2 + 1).min(count - 1) } else { (at / 2).saturating_sub(1) }
         };
         let (px, py) = (x / 2, y / 2);
-        let (sx, sy) = (side(x, coarse.width), side(y, rows));
+        let (sx, sy) = (side(x, coarse.width), side(y, coarse.height));
         let at = |x: u32, y: u32| coarse.texels[(y * coarse.width + x) as usize];
         let taps = [(at(px, py), 9.0), (at(sx, py), 3.0), (at(px, sy), 3.0), (at(sx, sy), 1.0)];
 
@@ -149,18 +150,19 @@ impl Pass<'_> {
             return Texel { value: first, pixel };
         }
         let (mut sum, mut total, mut plain, mut plain_total) = (0.0, 0.0, 0.0, 0.0);
-        let patch = (pixel != NOWHERE).then(|| self.surfaces.patch(pixel as usize));
         for (tap, weight) in taps {
             if tap.value.is_nan() {
                 continue;
             }
             plain += weight * tap.value;
             plain_total += weight;
-            if let Some(patch) = &patch
-                && tap.pixel != NOWHERE
-            {
+            if self.surfaces.same_primitive(pixel, tap.pixel) {
+                sum += weight * tap.value;
+                total += weight;
+            } else if pixel != NOWHERE && tap.pixel != NOWHERE {
+                let patch = self.surfaces.patch(pixel as usize);
                 let other = self.surfaces.patch(tap.pixel as usize);
-                let weight = weight * self.surfaces.agreement(patch, other.position, other.normal);
+                let weight = weight * self.surfaces.agreement(&patch, other.position, other.normal);
                 sum += weight * tap.value;
                 total += weight;
             }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use halflight_core::frame::Frame;
-use halflight_core::gbuffer::GBuffer;
+use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use serde::{Deserialize, Serialize};
 
 /// How far a surface may bend or step before values are no longer mixed across it.
@@ -79,6 +79,15 @@ impl<'a> Surfaces<'a> {
     #[inline]
     pub(super) fn is_receiver(&self, pixel: usize) -> bool {
         self.gbuffer.is_receiver(pixel)
+    }
+
+    /// Whether two pixels see the same triangle, and so the same plane. Numbers outside the image see nothing.
+    #[inline]
+    pub(super) fn same_primitive(&self, a: u32, b: u32) -> bool {
+        match (self.gbuffer.primitive.get(a as usize), self.gbuffer.primitive.get(b as usize)) {
+            (Some(a), Some(b)) => a == b && *a != NO_PRIMITIVE,
+            _ => false,
+        }
     }
 
     /// 1 where two patches belong to one surface, 0 where they do not, between the two at its limits.

@@ -55,7 +55,8 @@ pub(super) fn planes(width: u32, height: u32, plane: impl Fn(u32, u32) -> Option
                 gbuffer.depth[index] = depth;
                 gbuffer.position[index] = direction * depth;
                 gbuffer.normal[index] = normal;
-                gbuffer.primitive[index] = 0;
+                // A number of its own for every plane.
+                gbuffer.primitive[index] = hash::fold(normal.x.to_bits(), distance.to_bits()) >> 1;
             }
         }
     }
