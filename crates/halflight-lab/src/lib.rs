@@ -1,1 +1,12 @@
-//! Halflight.
+//! The research toolkit: image files, pictures, references and experiments.
+
+pub mod ablate;
+pub mod exr_file;
+pub mod picture;
+pub mod reference;
+
+/// Name and version, as stored in files.
+pub const PROGRAM: &str = concat!("halflight ", env!("CARGO_PKG_VERSION"));
+
+/// The commit that the program was built from, where that is known.
+pub const COMMIT: Option<&str> = option_env!("HALFLIGHT_COMMIT");

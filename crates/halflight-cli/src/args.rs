@@ -1,0 +1,199 @@
+//! Commands and options.
+
+use std::path::PathBuf;
+
+use clap::builder::PossibleValuesParser;
+use clap::{Args, Parser, Subcommand};
+use halflight_cpu::config::{RefinerConfig, UpsamplerConfig, VisibilityConfig};
+
+/// Soft shadows from area lights by multi-resolution screen-space fragments.
+#[derive(Debug, Parser)]
+#[command(name = "halflight", version, arg_required_else_help = true, after_help = EXAMPLES)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  halflight scenes                                    the bundled scenes
+  halflight render atrium                             writes atrium.png
+  halflight render my/scene.toml --size 1280x960 --out image.exr --stats stats.json
+  halflight reference atrium --samples 4096 --out truth.exr
+  halflight compare image.exr truth.exr --error-map error.png";
+
+const RENDER_EXAMPLES: &str = "\
+Without --out, --png, --fragment-map and --stats, the picture is written to SCENE.png in the current folder.
+
+Examples:
+  halflight render nave --upsampler delaunay --png nave.png --fragment-map fragments.png
+  halflight render atrium --refiner full --samples 256 --shading sampled --out truth.exr
+  halflight render atrium --set refiner.coarse_threshold=4 --set sampling.kind=grid
+  halflight render --refiner nichols --print-config > nichols.toml    every constant, to edit
+  halflight render atrium --config nichols.toml";
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render a scene: a picture, an image with all layers, a map of the fragments, statistics.
+    #[command(after_help = RENDER_EXAMPLES)]
+    Render(Render),
+    /// Compute a converged image that others are compared with; a stopped run goes on where it was.
+    #[command(after_help = "\
+Examples:
+  halflight reference atrium --samples 4096 --out truth.exr
+  halflight reference atrium --samples 16384 --out truth.exr    adds to the samples of the first")]
+    Reference(Reference),
+    /// Measure an image against a reference.
+    #[command(after_help = "\
+Pixels where the reference sees nothing (depth.Z is infinite) do not take part.
+
+Examples:
+  halflight compare image.exr truth.exr
+  halflight compare image.exr truth.exr --json | jq .nmse2
+  halflight compare image.exr truth.exr --error-map error.png --scale 0.1")]
+    Compare(Compare),
+    /// Tell what a scene holds: triangles, lights, materials, warnings, and the size of its hierarchy.
+    Info(SceneArg),
+    /// List the bundled scenes.
+    Scenes,
+    /// Print completions for a shell.
+    #[command(
+        after_help = "Example:\n  halflight completions bash > ~/.local/share/bash-completion/completions/halflight"
+    )]
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SceneArg {
+    /// A bundled scene (see `halflight scenes`) or the path of a scene file.
+    pub(crate) scene: String,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Render {
+    /// A bundled scene (see `halflight scenes`) or the path of a scene file.
+    #[arg(required_unless_present = "print_config")]
+    pub(crate) scene: Option<String>,
+    #[command(flatten)]
+    pub(crate) choices: Choices,
+    /// Worker threads; all cores by default. The image does not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) threads: Option<u16>,
+    /// Image with all layers, OpenEXR.
+    #[arg(long, value_name = "F.exr", help_heading = "Output")]
+    pub(crate) out: Option<PathBuf>,
+    /// Tone-mapped picture.
+    #[arg(long, value_name = "F.png", help_heading = "Output")]
+    pub(crate) png: Option<PathBuf>,
+    /// Picture of the fragments, a colour a level: cyan for single pixels, white for 128 × 128. With several lights,
+    /// those of the last.
+    #[arg(long, value_name = "F.png", help_heading = "Output")]
+    pub(crate) fragment_map: Option<PathBuf>,
+    /// Configuration, fragments, rays and times as JSON.
+    #[arg(long, value_name = "F.json", help_heading = "Output")]
+    pub(crate) stats: Option<PathBuf>,
+    /// Print the configuration that the options make, as TOML, and stop.
+    #[arg(long, help_heading = "Output")]
+    pub(crate) print_config: bool,
+    /// What radiance is multiplied with in the picture.
+    #[arg(long, value_name = "X", default_value_t = halflight_lab::picture::EXPOSURE, value_parser = positive, help_heading = "Output")]
+    pub(crate) exposure: f32,
+}
+
+/// Choices of a pipeline.
+#[derive(Debug, Args)]
+pub(crate) struct Choices {
+    /// Size in pixels [default: 640x480].
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(crate) size: Option<(u32, u32)>,
+    /// Which fragments the image is made of [default: sfvt-gass].
+    #[arg(long, value_parser = PossibleValuesParser::new(RefinerConfig::NAMES))]
+    pub(crate) refiner: Option<String>,
+    /// What answers shadow rays [default: bvh].
+    #[arg(long, value_parser = PossibleValuesParser::new(VisibilityConfig::NAMES))]
+    pub(crate) visibility: Option<String>,
+    /// How pixels are interpolated between fragments [default: rbf-robust].
+    #[arg(long, value_parser = PossibleValuesParser::new(UpsamplerConfig::NAMES))]
+    pub(crate) upsampler: Option<String>,
+    /// What is interpolated: irradiance, or the visible fraction [default: ratio].
+    #[arg(long, value_parser = ["sampled", "ratio"])]
+    pub(crate) shading: Option<String>,
+    /// Light samples of a full mask, 1 to 4096 [default: 64].
+    #[arg(long, value_name = "N")]
+    pub(crate) samples: Option<u32>,
+    /// How light samples are placed in their strata [default: jittered].
+    #[arg(long, value_parser = ["grid", "shifted-rows", "jittered"])]
+    pub(crate) pattern: Option<String>,
+    /// Who shares light samples, for refiners that leave the choice [default: fragment].
+    #[arg(long, value_parser = ["receiver", "fragment", "frame"])]
+    pub(crate) sharing: Option<String>,
+    /// Seed of all randomness [default: 0].
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u32>,
+    /// Start from a configuration file (TOML or JSON) with all or some of the keys that --print-config shows; options
+    /// take precedence.
+    #[arg(long, value_name = "F.toml")]
+    pub(crate) config: Option<PathBuf>,
+    /// Set any key of the configuration, such as refiner.coarse_threshold=4; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) settings: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Reference {
+    #[command(flatten)]
+    pub(crate) scene: SceneArg,
+    /// Light samples a pixel and light, rounded up to a multiple of 512.
+    #[arg(long, value_name = "N", default_value_t = 4096)]
+    pub(crate) samples: u32,
+    /// Size in pixels.
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "640x480")]
+    pub(crate) size: (u32, u32),
+    /// Seed of the light samples. Must not be that of images to be compared with it.
+    #[arg(long, value_name = "N", default_value_t = halflight_lab::reference::SEED)]
+    pub(crate) seed: u32,
+    /// Worker threads; all cores by default. The image does not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) threads: Option<u16>,
+    /// Image with all layers, OpenEXR.
+    #[arg(long, value_name = "F.exr")]
+    pub(crate) out: PathBuf,
+    /// Folder for the state that a stopped run goes on from [default: that of --out].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) cache: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Compare {
+    /// The image, OpenEXR.
+    pub(crate) image: PathBuf,
+    /// The reference that it is measured against, OpenEXR.
+    pub(crate) reference: PathBuf,
+    /// The layer that is compared.
+    #[arg(long, default_value = "irradiance")]
+    pub(crate) layer: String,
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Picture of the error.
+    #[arg(long, value_name = "F.png")]
+    pub(crate) error_map: Option<PathBuf>,
+    /// Error, as a share of the reference's largest value, that is brightest in the picture.
+    #[arg(long, value_name = "X", default_value_t = halflight_lab::picture::ERROR_SCALE, value_parser = positive, requires = "error_map")]
+    pub(crate) scale: f32,
+}
+
+/// A size written `640x480`.
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text.split_once(['x', 'X', '×']);
+    let sides = sides.and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
+    sides.ok_or_else(|| "expected WIDTHxHEIGHT in pixels, such as 1280x960".to_owned())
+}
+
+fn positive(text: &str) -> Result<f32, String> {
+    let value = text.parse().ok().filter(|value: &f32| value.is_finite() && *value > 0.0);
+    value.ok_or_else(|| "expected a number above 0".to_owned())
+}

@@ -1,0 +1,131 @@
+//! A pipeline's configuration from a file, options and single settings: each is laid over what was there before.
+
+use std::path::Path;
+
+use halflight_cpu::config::{PipelineConfig, RefinerConfig};
+use serde_json::{Map, Value, json};
+
+use crate::args::Choices;
+
+/// The configuration that the options make.
+///
+/// # Errors
+/// A message that names the file or option, and the key.
+pub(crate) fn configure(choices: &Choices) -> Result<PipelineConfig, String> {
+    let mut config = Layered::new()?;
+    if let Some(path) = &choices.config {
+        let within = |message: String| format!("{}: {message}", path.display());
+        config.lay(&read(path).map_err(within)?).map_err(within)?;
+    }
+    config.lay(&options(choices))?;
+    for setting in &choices.settings {
+        let within = |message: String| format!("--set {setting}: {message}");
+        config.lay(&parse_setting(setting).map_err(within)?).map_err(within)?;
+    }
+    config.finish()
+}
+
+/// The options as the keys they stand for.
+fn options(choices: &Choices) -> Value {
+    let mut keys = Map::new();
+    let mut put = |key: &str, value: Option<Value>| {
+        if let Some(value) = value {
+            keys.insert(key.to_owned(), value);
+        }
+    };
+    let text = |option: &Option<String>| option.as_ref().map(|value| json!(value));
+    put("width", choices.size.map(|(width, _)| json!(width)));
+    put("height", choices.size.map(|(_, height)| json!(height)));
+    put("refiner", choices.refiner.as_ref().map(|name| json!({ "name": name })));
+    put("visibility", text(&choices.visibility));
+    put("upsampler", text(&choices.upsampler));
+    put("shading", text(&choices.shading));
+    put("seed", choices.seed.map(|seed| json!(seed)));
+    let sampling = [
+        ("count", choices.samples.map(|samples| json!(samples))),
+        ("kind", text(&choices.pattern)),
+        ("sharing", text(&choices.sharing)),
+    ];
+    let sampling: Map<String, Value> =
+        sampling.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?))).collect();
+    put("sampling", Some(Value::Object(sampling)));
+    Value::Object(keys)
+}
+
+/// A configuration file: JSON by its ending, TOML otherwise.
+fn read(path: &Path) -> Result<Value, String> {
+    let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json")) {
+        return serde_json::from_str(&text).map_err(|error| error.to_string());
+    }
+    toml::from_str(&text).map_err(|error| error.to_string().trim_end().to_owned())
+}
+
+/// `refiner.coarse_threshold=4` as `{"refiner": {"coarse_threshold": 4}}`. What is no number or truth value is text.
+fn parse_setting(setting: &str) -> Result<Value, String> {
+    let (key, value) = setting.split_once('=').ok_or("expected KEY=VALUE")?;
+    let value = serde_json::from_str(value.trim()).unwrap_or_else(|_| json!(value.trim()));
+    Ok(key.trim().rsplit('.').fold(value, |value, key| json!({ key: value })))
+}
+
+/// A configuration in the making.
+struct Layered {
+    keys: Value,
+}
+
+impl Layered {
+    fn new() -> Result<Self, String> {
+        let keys = serde_json::to_value(PipelineConfig::default()).map_err(|error| error.to_string())?;
+        Ok(Self { keys })
+    }
+
+    /// Lays `layer` over the keys so far. Every key is tried as soon as it is set, so that a fault has its name.
+    fn lay(&mut self, layer: &Value) -> Result<(), String> {
+        // Another refiner has other keys: its name comes first.
+        let name = layer.pointer("/refiner/name");
+        if let Some(name) = name
+            && self.keys.pointer("/refiner/name") != Some(name)
+        {
+            let refiner = name.as_str().and_then(RefinerConfig::named);
+            let refiner = refiner.ok_or_else(|| {
+                format!("refiner.name is {name}, expected one of {}", RefinerConfig::NAMES.join(", "))
+            })?;
+            self.keys["refiner"] = serde_json::to_value(refiner).map_err(|error| error.to_string())?;
+        }
+        self.lay_at("", layer)
+    }
+
+    fn lay_at(&mut self, pointer: &str, layer: &Value) -> Result<(), String> {
+        let name = pointer.trim_start_matches('/').replace('/', ".");
+        let known = self.keys.pointer(pointer).and_then(Value::as_object);
+        let known = known.map(|known| known.keys().cloned().collect::<Vec<_>>());
+        match (known, layer) {
+            (Some(known), Value::Object(layer)) => {
+                for (key, value) in layer {
+                    if !known.contains(key) {
+                        let of = if name.is_empty() { "" } else { " of " };
+                        return Err(format!(
+                            "unknown key {key}{of}{name}, expected one of {}",
+                            known.join(", ")
+                        ));
+                    }
+                    self.lay_at(&format!("{pointer}/{key}"), value)?;
+                }
+                Ok(())
+            }
+            (Some(known), _) => {
+                Err(format!("{name} is {layer}, expected a table with keys {}", known.join(", ")))
+            }
+            (None, value) => {
+                if let Some(known) = self.keys.pointer_mut(pointer) {
+                    *known = value.clone();
+                }
+                self.finish().map(|_| ()).map_err(|error| format!("{name} is {value}: {error}"))
+            }
+        }
+    }
+
+    fn finish(&self) -> Result<PipelineConfig, String> {
+        serde_json::from_value(self.keys.clone()).map_err(|error| error.to_string())
+    }
+}

@@ -1,0 +1,64 @@
+//! `halflight info` and `halflight scenes`.
+
+use std::fmt::Write;
+
+use crate::Outcome;
+use crate::args::SceneArg;
+use crate::scene::{self, Ready};
+use crate::terminal::print;
+
+pub(crate) fn run(args: &SceneArg) -> Outcome {
+    let Ready { scene, bvh, report } = scene::load(&args.scene)?;
+    let mut out = String::new();
+    writeln!(out, "triangles  {} ({} vertices)", scene.mesh.triangle_count(), scene.mesh.positions.len())?;
+    for mesh in &report.meshes {
+        write!(out, "  {:<9} {}", mesh.triangles, mesh.source)?;
+        if mesh.zero_area_dropped > 0 {
+            write!(out, ", {} without an area dropped", mesh.zero_area_dropped)?;
+        }
+        if mesh.normals_computed > 0 {
+            write!(out, ", {} normals computed", mesh.normals_computed)?;
+        }
+        writeln!(out)?;
+    }
+    if let Some((low, high)) = scene.mesh.bounds() {
+        writeln!(out, "bounds     {low} to {high} m, diagonal {:.3} m", bvh.diagonal())?;
+    }
+    writeln!(out, "materials  {}", scene.mesh.materials.len())?;
+    writeln!(out, "textures   {}", scene.mesh.textures.len())?;
+    for texture in &scene.mesh.textures {
+        writeln!(out, "  {}x{}", texture.width, texture.height)?;
+    }
+    for (index, light) in scene.lights.iter().enumerate() {
+        writeln!(
+            out,
+            "light {index}    centre {}, towards {}, {:.3} m², radiance {} W/m²/sr{}",
+            light.corner + 0.5 * (light.edge_u + light.edge_v),
+            light.normal(),
+            light.area(),
+            light.radiance,
+            if light.two_sided { ", two-sided" } else { "" }
+        )?;
+    }
+    let camera = &scene.camera;
+    writeln!(out, "camera     at {} towards {}, {}° high", camera.eye, camera.target, camera.fov_y_deg)?;
+    let (bytes, ms) = (bvh.bytes() as f64 / f64::from(1 << 20), bvh.build_time().as_secs_f64() * 1e3);
+    writeln!(out, "hierarchy  {bytes:.1} MiB, built in {ms:.1} ms")?;
+    writeln!(out, "warnings   {}", report.warnings.len())?;
+    print(&out)
+}
+
+pub(crate) fn scenes() -> Outcome {
+    let mut out = String::new();
+    for &(name, text) in halflight_scene::bundled() {
+        writeln!(out, "{name:<12} {}", description(text))?;
+    }
+    print(&out)
+}
+
+/// What a scene file says about itself.
+fn description(text: &str) -> String {
+    let file: Option<toml::Table> = text.parse().ok();
+    let description = file.as_ref().and_then(|file| file.get("description")?.as_str());
+    description.unwrap_or_default().to_owned()
+}

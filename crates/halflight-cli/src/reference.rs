@@ -1,0 +1,66 @@
+//! `halflight reference`.
+
+use std::path::Path;
+
+use halflight_core::gbuffer::GBuffer;
+use halflight_cpu::gbuffer;
+use halflight_lab::exr_file::ExrFile;
+use halflight_lab::reference::{ReferenceConfig, reference};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+
+use crate::Outcome;
+use crate::args::Reference;
+use crate::scene::{self, Ready};
+use crate::terminal::say;
+
+pub(crate) fn run(args: &Reference) -> Outcome {
+    scene::use_threads(args.threads)?;
+    let name = &args.scene.scene;
+    let Ready { scene, bvh, .. } = scene::load(name)?;
+    let (width, height) = args.size;
+    let config = ReferenceConfig { width, height, samples: args.samples, seed: args.seed };
+    let cache = args.cache.as_deref().or(args.out.parent()).unwrap_or(Path::new(""));
+
+    let style =
+        ProgressStyle::with_template("{bar:40} {pos}/{len} samples a pixel, {elapsed} of about {duration}")?;
+    let bar = ProgressBar::new(0).with_style(style);
+    let mut start = None;
+    let result = reference(&scene, &bvh, &config, Some(cache), &mut |done, total| {
+        if start.is_none() {
+            start = Some(done);
+            bar.set_length(total.into());
+            // What is taken over from an earlier run says nothing about how fast this one is.
+            bar.reset_eta();
+        }
+        bar.set_position(done.into());
+    });
+    bar.finish_and_clear();
+    let result = result?;
+
+    let mut seen = GBuffer::default();
+    gbuffer::trace(&bvh, &scene, width, height, &mut seen);
+    let metadata = json!({
+        "program": halflight_lab::PROGRAM,
+        "commit": halflight_lab::COMMIT,
+        "scene": name,
+        "reference": {
+            "width": width,
+            "height": height,
+            "samples": result.samples,
+            "seed": args.seed,
+            "noise_nmse2": result.noise_nmse2,
+        },
+    });
+    let mut file = ExrFile::new(width, height, metadata);
+    file.add_light(&result.irradiance, &seen.albedo);
+    file.add_geometry(&seen);
+    file.write(&args.out)?;
+    say(&format!(
+        "wrote {}: {} samples a pixel, noise NMSE2 {:.2e}",
+        args.out.display(),
+        result.samples,
+        result.noise_nmse2
+    ));
+    Ok(())
+}

@@ -1,0 +1,129 @@
+//! `halflight render`.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use halflight_core::glam::Vec3;
+use halflight_core::stats::{FragmentCounts, FrameStats, RayCounts, StageTimes};
+use halflight_cpu::config::PipelineConfig;
+use halflight_cpu::pipeline::Pipeline;
+use halflight_lab::exr_file::{ExrFile, RGB};
+use halflight_lab::picture;
+use halflight_metrics::{write_atomically, write_png};
+use serde::Serialize;
+use serde_json::json;
+
+use crate::Outcome;
+use crate::args::Render;
+use crate::config::configure;
+use crate::scene::{self, Ready};
+use crate::terminal::{print, say};
+
+/// Everything about a frame but the image.
+#[derive(Serialize)]
+struct Stats<'a> {
+    config: &'a PipelineConfig,
+    fragments: &'a FragmentCounts,
+    rays: &'a RayCounts,
+    stages_ms: &'a StageTimes,
+    total_ms: f64,
+    build_ms: f64,
+    peak_bytes: u64,
+}
+
+pub(crate) fn run(args: &Render) -> Outcome {
+    let config = configure(&args.choices)?;
+    if args.print_config {
+        return print(&toml::to_string(&config)?);
+    }
+    // The command line asks for a scene wherever it gets here.
+    let name = args.scene.as_deref().unwrap_or_default();
+    scene::use_threads(args.threads)?;
+    let Ready { scene, bvh, .. } = scene::load(name)?;
+    let build_ms = bvh.build_time().as_secs_f64() * 1e3;
+    let mut pipeline = config.builder(scene, bvh).layers(args.out.is_some()).build()?;
+    pipeline.render()?;
+    let stats = &pipeline.image().stats;
+    say(&summary(name, &config, stats, build_ms));
+
+    let silent =
+        args.out.is_none() && args.png.is_none() && args.fragment_map.is_none() && args.stats.is_none();
+    let default_png = silent.then(|| PathBuf::from(format!("{}.png", scene::stem(name))));
+    if let Some(path) = &args.out {
+        layers(&pipeline, name, &config).write(path)?;
+        say(&format!("wrote {}", path.display()));
+    }
+    let (width, height) = (config.width, config.height);
+    if let Some(path) = args.png.as_ref().or(default_png.as_ref()) {
+        let rgb = picture::image(&pipeline.image().irradiance, &pipeline.gbuffer().albedo, args.exposure);
+        write_png(path, width, height, &rgb)?;
+        say(&format!("wrote {}", path.display()));
+    }
+    if let Some(path) = &args.fragment_map {
+        let rgb = picture::fragment_map(pipeline.fragments(), pipeline.gbuffer());
+        write_png(path, width, height, &rgb)?;
+        say(&format!("wrote {}", path.display()));
+    }
+    if let Some(path) = &args.stats {
+        let FrameStats { fragments, rays, stages_ms, total_ms, peak_bytes } = stats;
+        let (total_ms, peak_bytes) = (*total_ms, *peak_bytes);
+        let stats = Stats { config: &config, fragments, rays, stages_ms, total_ms, build_ms, peak_bytes };
+        let text = serde_json::to_string_pretty(&stats)?;
+        write_atomically(path, |file| writeln!(file, "{text}"))?;
+        say(&format!("wrote {}", path.display()));
+    }
+    Ok(())
+}
+
+/// The frame with all its layers.
+fn layers(pipeline: &Pipeline, scene: &str, config: &PipelineConfig) -> ExrFile {
+    let (image, gbuffer) = (pipeline.image(), pipeline.gbuffer());
+    let metadata = json!({
+        "program": halflight_lab::PROGRAM,
+        "commit": halflight_lab::COMMIT,
+        "scene": scene,
+        "config": config,
+    });
+    let mut file = ExrFile::new(image.width, image.height, metadata);
+    file.add_light(&image.irradiance, &gbuffer.albedo);
+    let visibility: Vec<Vec3> = image.visibility.iter().map(|&part| Vec3::splat(part)).collect();
+    file.add_vectors("visibility", RGB, &visibility);
+    file.add_geometry(gbuffer);
+    // -1 where nothing is seen.
+    let level = |&level: &u8| if level == u8::MAX { -1.0 } else { f32::from(level) };
+    file.add_plane("level", "Y", image.level.iter().map(level).collect());
+    file
+}
+
+/// A short account for people.
+fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, build_ms: f64) -> String {
+    let StageTimes { gbuffer, pyramid, refine, visibility, irradiance, upsample, compose } = stats.stages_ms;
+    let stages = [
+        ("gbuffer", gbuffer),
+        ("pyramid", pyramid),
+        ("refine", refine),
+        ("visibility", visibility),
+        ("irradiance", irradiance),
+        ("upsample", upsample),
+        ("compose", compose),
+        ("total", stats.total_ms),
+    ];
+    let PipelineConfig { width, height, refiner, visibility, upsampler, sampling, .. } = config;
+    let mut lines = vec![format!(
+        "{scene}, {width}x{height}: {}, {}, {}, {} light samples",
+        refiner.name(),
+        visibility.name(),
+        upsampler.name(),
+        sampling.count
+    )];
+    lines.extend(stages.iter().map(|(name, ms)| format!("  {name:<10} {ms:>9.1} ms")));
+    let levels = stats.fragments.per_level;
+    let used = levels.iter().rposition(|&count| count > 0).map_or(0, |last| last + 1);
+    let levels: Vec<String> = levels[..used].iter().map(ToString::to_string).collect();
+    lines.push(format!("  fragments  {} (by level: {})", stats.fragments.total, levels.join(" ")));
+    let RayCounts { refine, last, skipped, total } = stats.rays;
+    lines.push(format!("  rays       {total} ({refine} to refine, {last} final; {skipped} skipped)"));
+    let memory = stats.peak_bytes as f64 / f64::from(1 << 20);
+    lines.push(format!("  memory     {memory:.1} MiB; hierarchy built in {build_ms:.1} ms"));
+    lines.join("\n")
+}

@@ -1,0 +1,263 @@
+//! Converged references: every pixel its own light samples, pass after pass, until the noise is low enough.
+//!
+//! A pass gives each pixel [`PASS`] jittered samples per light under a key of its own, and adds `Σ g V` and `Σ g` in
+//! double precision. The irradiance is `U · Σ g V / Σ g` with the analytic unshadowed irradiance `U`: a ratio of sums
+//! over all passes, whose bias falls with their number (Heitz, Hill, McGuire 2018). Even and odd passes are kept apart:
+//! two independent halves, from whose difference the noise of the whole is estimated.
+//!
+//! The state is saved while a reference is computed, and one that was stopped goes on bit for bit as if it had not been.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::Vec3;
+use halflight_core::fragment::Fragments;
+use halflight_core::frame::{Frame, LightSampling, Sharing};
+use halflight_core::gbuffer::GBuffer;
+use halflight_core::light::AreaLight;
+use halflight_core::mask::MaskBatch;
+use halflight_core::pattern::{Pattern, PatternKind};
+use halflight_core::pyramid::Pyramid;
+use halflight_core::scene::Scene;
+use halflight_core::stages::{Refiner, Visibility};
+use halflight_cpu::bvh::{Bvh, BvhRays};
+use halflight_cpu::config::{PipelineConfig, RefinerConfig};
+use halflight_cpu::irradiance::{Sums, query_sums};
+use halflight_cpu::pipeline::PipelineError;
+use halflight_cpu::refine::Full;
+use halflight_cpu::unshadowed::unshadowed;
+use halflight_cpu::{gbuffer, horizon};
+use halflight_metrics::{CompareError, Image, ImageError, WriteError, halves_noise};
+use rayon::prelude::*;
+
+use state::State;
+
+mod state;
+
+/// Light samples a pixel and pass: the more in one stratified pattern, the lower the noise of the same number of rays.
+pub const PASS: u32 = 256;
+
+/// The most samples that can be asked for.
+pub const MAX_SAMPLES: u32 = 1 << 30;
+
+/// The state is saved whenever this many passes have been added.
+const SAVE_EVERY: u32 = 4;
+
+/// The seed of references. Configurations under test have small seeds, so that no light sample is theirs too.
+pub const SEED: u32 = 0x5eed_0000;
+
+/// What is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ReferenceConfig {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Light samples a pixel and light, rounded up to whole pairs of passes of [`PASS`].
+    pub samples: u32,
+    /// Seed of the light samples; [`SEED`] by default. Must not be that of a configuration under test.
+    pub seed: u32,
+}
+
+impl Default for ReferenceConfig {
+    fn default() -> Self {
+        Self { width: 640, height: 480, samples: 4096, seed: SEED }
+    }
+}
+
+/// A converged image with an estimate of what is left of its noise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Irradiance per channel, W/m²; zero where nothing is seen.
+    pub irradiance: Vec<Vec3>,
+    /// Light samples a pixel and light; more than asked for where the cache had more.
+    pub samples: u32,
+    /// Estimated NMSE₂ against the true image, from the two halves.
+    pub noise_nmse2: f64,
+}
+
+/// Why there is no reference.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReferenceError {
+    /// The scene, size or number of samples cannot be rendered.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// No samples, or more than can be counted.
+    #[error("{0} samples asked for; a reference has 1 to {max}", max = MAX_SAMPLES)]
+    Samples(u32),
+    /// The noise cannot be told, since no light reaches anything that is seen.
+    #[error("the noise of the reference cannot be told: {0}")]
+    Noise(#[from] CompareError),
+    /// The halves are no images, which a size that the pipeline accepts rules out.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// The state cannot be read or is damaged.
+    #[error("cannot go on from the saved state {}: {message}; remove the file to start again", path.display())]
+    State {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        message: String,
+    },
+    /// The state cannot be saved.
+    #[error("the state of the reference cannot be saved: {0}")]
+    Write(#[from] WriteError),
+}
+
+/// Computes a reference, or takes it from `cache_dir` (created if it is missing), where its state is kept under a name
+/// made of the content of scene, size and seed. One with at least as many samples is returned as it is; one with fewer
+/// is continued. `progress` is told how many samples a pixel are done, and of how many.
+///
+/// # Errors
+/// The scene or size cannot be rendered, no light reaches anything that is seen, or the state cannot be read or saved.
+pub fn reference(
+    scene: &Arc<Scene>,
+    bvh: &Arc<Bvh>,
+    config: &ReferenceConfig,
+    cache_dir: Option<&Path>,
+    progress: &mut dyn FnMut(u32, u32),
+) -> Result<Reference, ReferenceError> {
+    let &ReferenceConfig { width, height, samples, seed } = config;
+    if samples == 0 || samples > MAX_SAMPLES {
+        return Err(ReferenceError::Samples(samples));
+    }
+    // Whatever a pipeline would refuse, a reference refuses as well.
+    PipelineConfig { width, height, refiner: RefinerConfig::Full, ..PipelineConfig::default() }
+        .builder(Arc::clone(scene), Arc::clone(bvh))
+        .build()?;
+    let mut seen = GBuffer::default();
+    gbuffer::trace(bvh, scene, width, height, &mut seen);
+
+    let key = state::key(scene, config);
+    let path = cache_dir.map(|folder| folder.join(format!("reference-{key:016x}.state")));
+    let mut state = State::new(key, seen.pixels(), scene.lights.len());
+    if let Some(path) = &path {
+        state.load(path)?;
+    }
+
+    let wanted = samples.div_ceil(2 * PASS) * 2;
+    progress(state.passes.min(wanted) * PASS, wanted * PASS);
+    let mut tracer = Tracer::new(scene, bvh, &seen, seed);
+    while state.passes < wanted {
+        tracer.pass(&mut state)?;
+        if let Some(path) = &path
+            && (state.passes.is_multiple_of(SAVE_EVERY) || state.passes == wanted)
+        {
+            state.save(path)?;
+        }
+        progress(state.passes * PASS, wanted * PASS);
+    }
+    finish(scene, &seen, &state)
+}
+
+/// What is kept between passes.
+struct Tracer<'a> {
+    scene: &'a Scene,
+    seen: &'a GBuffer,
+    seed: u32,
+    pyramid: Pyramid,
+    refiner: Full,
+    rays: BvhRays,
+    fragments: Fragments,
+    sums: Vec<(u32, Sums)>,
+}
+
+impl<'a> Tracer<'a> {
+    fn new(scene: &'a Scene, bvh: &Arc<Bvh>, seen: &'a GBuffer, seed: u32) -> Self {
+        Self {
+            scene,
+            seen,
+            seed,
+            pyramid: Pyramid::default(),
+            refiner: Full::default(),
+            rays: BvhRays::new(Arc::clone(bvh)),
+            fragments: Fragments::default(),
+            sums: Vec::new(),
+        }
+    }
+
+    /// Adds one pass over all lights to its half.
+    fn pass(&mut self, state: &mut State) -> Result<(), ReferenceError> {
+        let sampling = LightSampling { count: PASS, kind: PatternKind::Jittered, sharing: Sharing::Receiver };
+        let frame = Frame {
+            scene: self.scene,
+            gbuffer: self.seen,
+            pyramid: &self.pyramid,
+            pattern: sampling.pattern().map_err(PipelineError::from)?,
+            sharing: sampling.sharing,
+            index: state.passes,
+            seed: self.seed,
+        };
+        let half = (state.passes % 2) as usize;
+        for (number, light) in self.scene.lights.iter().enumerate() {
+            self.fragments.reset(self.seen.width, self.seen.height, number as u32);
+            let mut rays = Culled { inner: &mut self.rays, light };
+            self.refiner.refine(&frame, number as u32, &mut rays, &mut self.fragments);
+            let fragments = &self.fragments;
+            let sums = fragments.samples().par_iter().map(|sample| {
+                let batch = fragments.batch(sample.batch);
+                (sample.pixel, query_sums(light, batch, sample.first as usize, usize::from(sample.probes)))
+            });
+            sums.collect_into_vec(&mut self.sums);
+            let totals = state.totals_mut(half, number);
+            for &(pixel, sums) in &self.sums {
+                let total = &mut totals[pixel as usize];
+                total[0] += f64::from(sums.visible);
+                total[1] += f64::from(sums.all);
+            }
+        }
+        state.passes += 1;
+        Ok(())
+    }
+}
+
+/// Leaves out the rays that a horizon rules out: they count as nothing in all sums.
+struct Culled<'a> {
+    inner: &'a mut BvhRays,
+    light: &'a AreaLight,
+}
+
+impl Visibility for Culled<'_> {
+    fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
+        horizon::cull(self.light, batch);
+        self.inner.masks(frame, batch);
+    }
+
+    fn supports(&self, pattern: Pattern) -> Result<(), halflight_core::stages::Unsupported> {
+        self.inner.supports(pattern)
+    }
+}
+
+/// The image of all passes, and the noise that its halves tell of.
+fn finish(scene: &Scene, seen: &GBuffer, state: &State) -> Result<Reference, ReferenceError> {
+    let image = |halves: &[usize]| -> Vec<Vec3> {
+        let pixel = |pixel: usize| {
+            let Some(receiver) = seen.receiver(pixel) else { return Vec3::ZERO };
+            let light = |(number, light): (usize, &AreaLight)| {
+                let total = |side: usize| -> f64 {
+                    halves.iter().map(|&half| state.totals(half, number)[pixel][side]).sum()
+                };
+                let (visible, all) = (total(0), total(1));
+                let fraction = if all > 0.0 { (visible / all) as f32 } else { 0.0 };
+                light.radiance * (unshadowed(light, receiver.origin, receiver.normal) * fraction)
+            };
+            scene.lights.iter().enumerate().map(light).sum()
+        };
+        (0..seen.pixels()).into_par_iter().map(pixel).collect()
+    };
+    let mask: Vec<bool> = (0..seen.pixels()).map(|pixel| seen.is_receiver(pixel)).collect();
+    let (even, odd) = (image(&[0]), image(&[1]));
+    let half = |pixels| Image::new(seen.width, seen.height, pixels)?.with_mask(&mask);
+    Ok(Reference {
+        width: seen.width,
+        height: seen.height,
+        irradiance: image(&[0, 1]),
+        samples: state.passes * PASS,
+        noise_nmse2: halves_noise(half(&even)?, half(&odd)?)?,
+    })
+}

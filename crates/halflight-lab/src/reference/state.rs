@@ -1,0 +1,146 @@
+//! The sums of a reference in progress, in memory and on disk.
+
+use std::io::Write;
+use std::path::Path;
+
+use halflight_core::scene::Scene;
+use halflight_metrics::write_atomically;
+
+use super::{PASS, ReferenceConfig, ReferenceError};
+
+/// What every state file starts with; changed whenever older sums would not be continued the same way.
+const MAGIC: [u8; 8] = *b"HLREF 1\n";
+
+/// Bytes before the sums: magic, key, passes, pixels, lights.
+const HEADER: usize = 40;
+
+/// `[Σ g V, Σ g]` of every pixel, for each half and light.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct State {
+    /// What the sums belong to.
+    key: u64,
+    /// Passes added so far.
+    pub(super) passes: u32,
+    pixels: usize,
+    lights: usize,
+    totals: Vec<[f64; 2]>,
+}
+
+impl State {
+    pub(super) fn new(key: u64, pixels: usize, lights: usize) -> Self {
+        Self { key, passes: 0, pixels, lights, totals: vec![[0.0; 2]; 2 * lights * pixels] }
+    }
+
+    pub(super) fn totals(&self, half: usize, light: usize) -> &[[f64; 2]] {
+        &self.totals[(half * self.lights + light) * self.pixels..][..self.pixels]
+    }
+
+    pub(super) fn totals_mut(&mut self, half: usize, light: usize) -> &mut [[f64; 2]] {
+        &mut self.totals[(half * self.lights + light) * self.pixels..][..self.pixels]
+    }
+
+    pub(super) fn save(&self, path: &Path) -> Result<(), ReferenceError> {
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder)
+                .map_err(|source| halflight_metrics::WriteError { path: folder.to_owned(), source })?;
+        }
+        let numbers = [self.key, u64::from(self.passes), self.pixels as u64, self.lights as u64];
+        Ok(write_atomically(path, |file| {
+            let mut check = Fnv::default();
+            let mut put = |bytes: &[u8]| {
+                check.add(bytes);
+                file.write_all(bytes)
+            };
+            put(&MAGIC)?;
+            for number in numbers {
+                put(&number.to_le_bytes())?;
+            }
+            for total in self.totals.as_flattened() {
+                put(&total.to_le_bytes())?;
+            }
+            file.write_all(&check.0.to_le_bytes())
+        })?)
+    }
+
+    /// Takes over the sums saved in a file, if there is one.
+    pub(super) fn load(&mut self, path: &Path) -> Result<(), ReferenceError> {
+        let fault = |message: String| Err(ReferenceError::State { path: path.to_owned(), message });
+        let bytes = match std::fs::read(path) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+            Err(error) => return fault(error.to_string()),
+        };
+        let Some(saved) = Self::decode(&bytes) else {
+            return fault("it is damaged or from another version".to_owned());
+        };
+        if (saved.key, saved.pixels, saved.lights) != (self.key, self.pixels, self.lights) {
+            return fault("it belongs to another image".to_owned());
+        }
+        *self = saved;
+        Ok(())
+    }
+
+    fn decode(bytes: &[u8]) -> Option<Self> {
+        let (content, check) = bytes.split_last_chunk::<8>()?;
+        let mut expected = Fnv::default();
+        expected.add(content);
+        if u64::from_le_bytes(*check) != expected.0 || !content.starts_with(&MAGIC) {
+            return None;
+        }
+        let (header, totals) = content.split_at_checked(HEADER)?;
+        let number = |index: usize| -> Option<u64> {
+            Some(u64::from_le_bytes(*header.get(8 + 8 * index..)?.first_chunk()?))
+        };
+        let (key, passes) = (number(0)?, u32::try_from(number(1)?).ok()?);
+        let (pixels, lights) = (usize::try_from(number(2)?).ok()?, usize::try_from(number(3)?).ok()?);
+        let expected = pixels.checked_mul(lights)?.checked_mul(2 * size_of::<[f64; 2]>())?;
+        if totals.len() != expected {
+            return None;
+        }
+        let (numbers, _) = totals.as_chunks::<8>();
+        let numbers: Vec<f64> = numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+        let (totals, _) = numbers.as_chunks::<2>();
+        Some(Self { key, passes, pixels, lights, totals: totals.to_vec() })
+    }
+}
+
+/// A name for all that a reference's samples depend on. Materials are left out: irradiance does not know them.
+pub(super) fn key(scene: &Scene, config: &ReferenceConfig) -> u64 {
+    let mut hash = Fnv::default();
+    let mut words = |values: &[u32]| values.iter().for_each(|value| hash.add(&value.to_le_bytes()));
+    words(&[PASS, config.width, config.height, config.seed]);
+    words(&[scene.mesh.positions.len() as u32, scene.mesh.triangles.len() as u32, scene.lights.len() as u32]);
+    for position in &scene.mesh.positions {
+        words(&position.to_array().map(f32::to_bits));
+    }
+    words(scene.mesh.triangles.as_flattened());
+    for light in &scene.lights {
+        for vector in [light.corner, light.edge_u, light.edge_v, light.radiance] {
+            words(&vector.to_array().map(f32::to_bits));
+        }
+        words(&[u32::from(light.two_sided)]);
+    }
+    let camera = &scene.camera;
+    for vector in [camera.eye, camera.target, camera.up] {
+        words(&vector.to_array().map(f32::to_bits));
+    }
+    words(&[camera.fov_y_deg.to_bits()]);
+    hash.0
+}
+
+/// The 64-bit FNV-1a hash: the same on every machine and with every compiler.
+struct Fnv(u64);
+
+impl Default for Fnv {
+    fn default() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Fnv {
+    fn add(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+}
