@@ -70,6 +70,11 @@ impl Level {
         self.queries.resize(self.width as usize * self.height as usize, NONE);
     }
 
+    /// Whether cell (x, y) was rendered.
+    fn has(&self, x: u32, y: u32) -> bool {
+        self.queries[(y * self.width + x) as usize] != NONE
+    }
+
     /// Queries of the rendered fragments among cell (x, y) and its eight neighbours at `step` cells' distance.
     fn around(&self, x: u32, y: u32, step: u32) -> impl Iterator<Item = usize> + '_ {
         let reach = [x.wrapping_sub(step), x, x + step];
@@ -185,7 +190,11 @@ impl Nichols {
                     wanted.copy_from_slice(&phases[phase(cell)]);
                 }
                 query.asked = wanted.iter().map(|word| word.count_ones()).sum();
-                let Some((cells, batch)) = coarser else { return };
+                // A cell whose parent was not rendered knows its neighbours' masks only, which may lie on other surfaces.
+                let Some((cells, batch)) = coarser.filter(|(cells, _)| cells.has(cell.x / 2, cell.y / 2))
+                else {
+                    return;
+                };
                 for word in 0..words {
                     let votes = Votes::count(batch, cells.around(cell.x / 2, cell.y / 2, 1), word);
                     known[word] = (votes.lit ^ votes.unlit) & wanted[word];
