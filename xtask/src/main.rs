@@ -1,2 +1,41 @@
-//! Halflight.
-fn main() {}
+//! Tasks of the workspace: `cargo xtask …`. Thin: the programs do the work.
+
+use std::process::{Command, ExitCode};
+
+const USAGE: &str = "\
+cargo xtask TASK
+
+  ablate [NAME] [--scene NAME-OR-PATH]… [--size WxH] [--quick] [--out DIR] [--list]
+      runs an experiment (`default` where none is named) and writes results.csv, charts and report.html
+      to target/ablate/NAME; --help says more
+";
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1);
+    match arguments.next().as_deref() {
+        Some("ablate") => {
+            let program =
+                ["run", "--release", "-q", "-p", "halflight-lab", "--bin", "halflight-ablate", "--"];
+            let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+            match Command::new(cargo).args(program).args(arguments).status() {
+                Ok(status) if status.success() => ExitCode::SUCCESS,
+                Ok(_) => ExitCode::FAILURE,
+                Err(fault) => {
+                    eprintln!("error: cargo cannot be started: {fault}");
+                    ExitCode::FAILURE
+                }
+            }
+        }
+        Some("help" | "--help" | "-h") => {
+            print!("{USAGE}");
+            ExitCode::SUCCESS
+        }
+        task => {
+            if let Some(task) = task {
+                eprintln!("error: there is no task `{task}`");
+            }
+            eprint!("{USAGE}");
+            ExitCode::FAILURE
+        }
+    }
+}

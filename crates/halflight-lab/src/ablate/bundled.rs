@@ -1,0 +1,70 @@
+//! The experiments that come with the program.
+
+macro_rules! experiments {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../../../../experiments/", $name, ".toml")))),*]
+    };
+}
+
+/// Names and texts.
+pub const EXPERIMENTS: &[(&str, &str)] = experiments![
+    "default",
+    "koa-fig15",
+    "koa-fig16",
+    "koa-fig17",
+    "koa-fig7",
+    "koa-fig8",
+    "koa-table1",
+    "light-samples",
+    "thresholds",
+];
+
+/// The text of an experiment.
+pub fn text(name: &str) -> Option<&'static str> {
+    EXPERIMENTS.iter().find(|(known, _)| *known == name).map(|&(_, text)| text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Experiment, plan};
+    use super::*;
+
+    #[test]
+    fn all_parse_and_expand() {
+        let counts: Vec<(&str, usize, usize)> = EXPERIMENTS
+            .iter()
+            .map(|&(name, text)| {
+                let experiment = Experiment::parse(text, &format!("{name}.toml")).unwrap();
+                assert_eq!(experiment.name, name);
+                let (settings, rows) = plan::plan(&experiment).unwrap();
+                (name, settings.len(), rows.len())
+            })
+            .collect();
+        // Counted by hand from the files' axes.
+        let expected = [
+            ("default", 3, 2 * 5 * 2 + 6),
+            ("koa-fig15", 1, 2 + 2),
+            ("koa-fig16", 2, 2 + 2),
+            ("koa-fig17", 8, 3 + 3),
+            ("koa-fig7", 1, 2 * 5),
+            ("koa-fig8", 1, 3),
+            ("koa-table1", 3, 1 + 2 + 2 + 3),
+            ("light-samples", 3, 2 * 3 + 2 * 3 * 3 + 2 * 3 * 2),
+            ("thresholds", 1, (6 + 5 + 1 + 3) * 10 + 6),
+        ];
+        assert_eq!(counts, expected);
+    }
+
+    #[test]
+    fn names_are_those_of_the_files() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments");
+        let mut files: Vec<String> = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned())
+            .collect();
+        files.sort();
+        let mut names: Vec<&str> = EXPERIMENTS.iter().map(|&(name, _)| name).collect();
+        names.sort_unstable();
+        assert_eq!(files, names);
+    }
+}

@@ -1,0 +1,402 @@
+//! Charts of finished rows: error against time, rays or the size of the light.
+
+use std::path::Path;
+
+use halflight_metrics::{write_atomically, write_png};
+use plotters::prelude::*;
+
+use super::draw::{SIZE, draw, font_is_there};
+use super::record::Finished;
+use super::{AblateError, pareto};
+
+/// A chart; y is an error on a logarithmic scale.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    /// Title.
+    pub title: String,
+    /// Quantity and unit on x.
+    pub x_label: String,
+    /// Quantity on y.
+    pub y_label: String,
+    /// Scale of x.
+    pub x_scale: Scale,
+    /// What is shown.
+    pub series: Vec<Series>,
+    /// What the marks mean.
+    pub key: Vec<KeyGroup>,
+    /// The reference's own error, drawn as a line.
+    pub noise: Option<f64>,
+    /// Whether to draw the Pareto front.
+    pub pareto: bool,
+}
+
+/// How an axis spreads its quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By powers of ten.
+    Log,
+}
+
+/// Points with one mark.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// How they are marked.
+    pub mark: Mark,
+    /// The points.
+    pub points: Vec<Point>,
+    /// Whether a line joins them.
+    pub connected: bool,
+}
+
+/// A row in a chart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// Time, rays or size.
+    pub x: f64,
+    /// Error.
+    pub y: f64,
+    /// The row.
+    pub name: String,
+    /// A word beside it.
+    pub note: Option<String>,
+}
+
+/// A mark.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Mark {
+    /// Outline.
+    pub shape: Shape,
+    /// Colour, sRGB.
+    pub rgb: [u8; 3],
+    /// Filled or hollow.
+    pub filled: bool,
+}
+
+/// The outline of a mark.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Shape {
+    /// A circle.
+    Circle,
+    /// A triangle on its base.
+    Triangle,
+    /// A square.
+    Square,
+    /// A square on its corner.
+    Diamond,
+}
+
+/// Part of a key.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeyGroup {
+    /// What varies.
+    pub title: String,
+    /// Marks and meanings.
+    pub entries: Vec<(Mark, String)>,
+}
+
+impl Scale {
+    pub(crate) fn apply(self, value: f64) -> f64 {
+        match self {
+            Self::Linear => value,
+            Self::Log => value.log10(),
+        }
+    }
+}
+
+/// Okabe and Ito's colours, told apart by the colour-blind as well.
+const COLORS: [[u8; 3]; 7] = [
+    [0xE6, 0x9F, 0x00],
+    [0xCC, 0x79, 0xA7],
+    [0xD5, 0x5E, 0x00],
+    [0x00, 0x72, 0xB2],
+    [0x00, 0x9E, 0x73],
+    [0x56, 0xB4, 0xE9],
+    [0x99, 0x99, 0x33],
+];
+const BLACK_INK: [u8; 3] = [0; 3];
+const GREY: [u8; 3] = [0x66; 3];
+const SHAPES: [Shape; 4] = [Shape::Circle, Shape::Triangle, Shape::Diamond, Shape::Square];
+
+/// Which mark a row gets: shape by refiner, colour by upsampler (or by light samples, where those vary more), filled for
+/// `ratio`.
+struct Marks {
+    refiners: Vec<String>,
+    colors: Vec<String>,
+    shadings: Vec<String>,
+    title: &'static str,
+    colored: fn(&Finished) -> String,
+}
+
+impl Marks {
+    fn of(rows: &[&Finished]) -> Self {
+        let sampled: fn(&Finished) -> String =
+            |row| format!("{} / {}", row.record.pattern, row.record.sharing);
+        let upsampled: fn(&Finished) -> String = |row| row.record.upsampler.clone();
+        let refined = rows.iter().filter(|row| row.record.refiner != "full").copied();
+        let (samples, upsamplers) = (distinct(rows.iter().copied(), sampled), distinct(refined, upsampled));
+        let (title, colors, colored) = if samples.len() > upsamplers.len() {
+            ("Colour: light samples", samples, sampled)
+        } else {
+            ("Colour: upsampler", upsamplers, upsampled)
+        };
+        let mut refiners = distinct(rows.iter().copied(), |row| row.record.refiner.clone());
+        refiners.sort_by_key(|refiner| refiner == "full");
+        Self {
+            refiners,
+            colors,
+            shadings: distinct(rows.iter().copied(), |row| row.record.shading.clone()),
+            title,
+            colored,
+        }
+    }
+
+    fn mark(&self, row: &Finished) -> Mark {
+        let refiner = self.refiners.iter().position(|refiner| *refiner == row.record.refiner).unwrap_or(0);
+        let color = self.colors.iter().position(|color| *color == (self.colored)(row));
+        // Monte Carlo has no upsampler to be coloured by.
+        let plain = row.record.refiner == "full" && self.title == "Colour: upsampler";
+        let rgb = match color {
+            Some(color) if !plain => COLORS[color % COLORS.len()],
+            _ => BLACK_INK,
+        };
+        let shape = if row.record.refiner == "full" { Shape::Square } else { SHAPES[refiner % 3] };
+        Mark { shape, rgb, filled: row.record.shading == "ratio" }
+    }
+
+    fn key(&self) -> Vec<KeyGroup> {
+        let shape = |(index, refiner): (usize, &String)| {
+            let shape = if refiner == "full" { Shape::Square } else { SHAPES[index % 3] };
+            let words = if refiner == "full" { "full (Monte Carlo)" } else { refiner };
+            (Mark { shape, rgb: GREY, filled: true }, words.to_string())
+        };
+        let color = |(index, name): (usize, &String)| {
+            (Mark { shape: Shape::Circle, rgb: COLORS[index % COLORS.len()], filled: true }, name.clone())
+        };
+        let fill =
+            |name: &String| (Mark { shape: Shape::Circle, rgb: GREY, filled: name == "ratio" }, name.clone());
+        vec![
+            KeyGroup {
+                title: "Shape: refiner".to_string(),
+                entries: self.refiners.iter().enumerate().map(shape).collect(),
+            },
+            KeyGroup {
+                title: self.title.to_string(),
+                entries: self.colors.iter().enumerate().map(color).collect(),
+            },
+            KeyGroup {
+                title: "Fill: shading".to_string(),
+                entries: self.shadings.iter().map(fill).collect(),
+            },
+        ]
+    }
+}
+
+/// Values in the order in which they first occur.
+fn distinct<'a>(
+    rows: impl Iterator<Item = &'a Finished>,
+    value: impl Fn(&Finished) -> String,
+) -> Vec<String> {
+    let mut found = Vec::new();
+    for row in rows {
+        let value = value(row);
+        if !found.contains(&value) {
+            found.push(value);
+        }
+    }
+    found
+}
+
+/// What a chart sets the error against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Against {
+    /// Time of a frame.
+    Time,
+    /// Shadow rays of a frame.
+    Rays,
+    /// Size of the light; rows that differ in nothing else are joined.
+    Light,
+}
+
+/// NMSE₂ (NMSE against the light's size, as in Koa17 Fig. 17) of these rows.
+pub fn errors(title: String, rows: &[&Finished], against: Against) -> Chart {
+    let marks = Marks::of(rows);
+    let light = against == Against::Light;
+    let x = |row: &Finished| match against {
+        Against::Time => row.record.total_ms,
+        Against::Rays => row.record.rays as f64,
+        Against::Light => f64::from(row.record.light_scale),
+    };
+    let counts = distinct(rows.iter().copied().filter(|row| row.record.refiner == "full"), |row| {
+        row.record.samples.to_string()
+    });
+    let mut series: Vec<(String, Series)> = Vec::new();
+    for row in rows {
+        let note = (row.record.refiner == "full" && counts.len() > 1).then(|| row.record.samples.to_string());
+        let y = if light { row.record.nmse } else { row.record.nmse2 };
+        let point = Point { x: x(row), y, name: row.label.clone(), note };
+        match series.iter_mut().find(|(name, _)| *name == row.row) {
+            Some((_, series)) if light => series.points.push(point),
+            _ => {
+                let one = Series { mark: marks.mark(row), points: vec![point], connected: light };
+                series.push((row.row.clone(), one));
+            }
+        }
+    }
+    let (x_label, x_scale) = match against {
+        Against::Time => ("time of a frame, ms", Scale::Log),
+        Against::Rays => ("shadow rays of a frame", Scale::Log),
+        Against::Light => ("light's edge, in parts of the scene file's", Scale::Linear),
+    };
+    let noise = rows.iter().map(|row| row.record.reference_noise).fold(0.0, f64::max);
+    Chart {
+        title,
+        x_label: x_label.to_string(),
+        y_label: if light { "NMSE (Koa17)" } else { "NMSE₂ = SSE / Σ reference²" }.to_string(),
+        x_scale,
+        series: series.into_iter().map(|(_, series)| series).collect(),
+        key: marks.key(),
+        noise: (!light && noise > 0.0).then_some(noise),
+        pareto: !light,
+    }
+}
+
+impl Chart {
+    /// The points that no other beats, by ascending x; none where no front is drawn.
+    pub fn front(&self) -> Vec<&Point> {
+        if !self.pareto {
+            return Vec::new();
+        }
+        let points: Vec<&Point> = self.series.iter().flat_map(|series| &series.points).collect();
+        let places: Vec<(f64, f64)> = points.iter().map(|point| (point.x, point.y)).collect();
+        pareto::front(&places).into_iter().map(|index| points[index]).collect()
+    }
+
+    /// The chart as SVG.
+    ///
+    /// # Errors
+    /// Drawing failed.
+    pub fn svg(&self) -> Result<String, AblateError> {
+        self.check_font()?;
+        let mut svg = String::new();
+        {
+            let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+            self.drawn(draw(&area, self))?;
+            self.drawn(area.present())?;
+        }
+        Ok(svg)
+    }
+
+    /// The chart as sRGB pixels, with width and height.
+    ///
+    /// # Errors
+    /// Drawing failed.
+    pub fn pixels(&self) -> Result<(u32, u32, Vec<[u8; 3]>), AblateError> {
+        self.check_font()?;
+        let mut bytes = vec![255; SIZE.0 as usize * SIZE.1 as usize * 3];
+        {
+            let area = BitMapBackend::with_buffer(&mut bytes, SIZE).into_drawing_area();
+            self.drawn(draw(&area, self))?;
+            self.drawn(area.present())?;
+        }
+        Ok((SIZE.0, SIZE.1, bytes.as_chunks().0.to_vec()))
+    }
+
+    /// Writes `path.svg` and `path.png`.
+    ///
+    /// # Errors
+    /// Drawing or writing failed.
+    pub fn write(&self, path: &Path) -> Result<(), AblateError> {
+        let svg = self.svg()?;
+        write_atomically(&path.with_extension("svg"), |file| {
+            std::io::Write::write_all(file, svg.as_bytes())
+        })?;
+        let (width, height, pixels) = self.pixels()?;
+        write_png(&path.with_extension("png"), width, height, &pixels)?;
+        Ok(())
+    }
+
+    fn check_font(&self) -> Result<(), AblateError> {
+        self.drawn(if font_is_there() { Ok(()) } else { Err("the font cannot be read") })
+    }
+
+    fn drawn<E: std::fmt::Display>(&self, result: Result<(), E>) -> Result<(), AblateError> {
+        let fault = |fault: E| AblateError::Chart { chart: self.title.clone(), message: fault.to_string() };
+        result.map_err(fault)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::record::tests::finished;
+    use super::*;
+
+    fn rows() -> Vec<Finished> {
+        vec![
+            finished("nichols", "bilinear", 10.0, 1e-2),
+            finished("nichols", "delaunay", 12.0, 1e-3),
+            finished("sfvt-gass", "delaunay", 20.0, 2e-3),
+            finished("full", "bilinear", 100.0, 1e-5),
+        ]
+    }
+
+    fn chart(against: Against) -> Chart {
+        let rows = rows();
+        errors("A hall".to_string(), &rows.iter().collect::<Vec<_>>(), against)
+    }
+
+    #[test]
+    fn the_front_leaves_out_what_is_beaten() {
+        let chart = chart(Against::Time);
+        let names: Vec<&str> = chart.front().iter().map(|point| point.name.as_str()).collect();
+        assert_eq!(
+            names,
+            ["nichols · bilinear · ratio", "nichols · delaunay · ratio", "full · bilinear · ratio"]
+        );
+    }
+
+    #[test]
+    fn the_svg_names_everything() {
+        for against in [Against::Time, Against::Rays] {
+            let svg = chart(against).svg().unwrap();
+            for words in [
+                "A hall",
+                "nichols",
+                "sfvt-gass",
+                "full (Monte Carlo)",
+                "bilinear",
+                "delaunay",
+                "ratio",
+                "noise of",
+            ] {
+                assert!(svg.contains(words), "{words} is missing");
+            }
+            // Four rows and nine entries of the key, each a filled polygon.
+            assert!(svg.matches("<polygon").count() >= 4 + 3 + 2 + 1);
+        }
+    }
+
+    #[test]
+    fn the_bitmap_shows_text_and_marks() {
+        let (width, height, pixels) = chart(Against::Time).pixels().unwrap();
+        assert_eq!(pixels.len(), (width * height) as usize);
+        let blue = |p: &&[u8; 3]| **p == COLORS[0];
+        assert!(pixels.iter().filter(blue).count() > 50);
+        // The title's row band holds ink.
+        let title = &pixels[14 * width as usize..36 * width as usize];
+        assert!(title.iter().filter(|p| p[0] < 128).count() > 50);
+    }
+
+    #[test]
+    fn sizes_of_light_are_joined() {
+        let mut rows = rows();
+        let mut larger = rows.clone();
+        larger.iter_mut().for_each(|row| row.record.light_scale = 2.0);
+        rows.append(&mut larger);
+        let chart = errors("Sizes".to_string(), &rows.iter().collect::<Vec<_>>(), Against::Light);
+        assert_eq!(chart.series.len(), 4);
+        assert!(chart.series.iter().all(|series| series.connected && series.points.len() == 2));
+        assert!(chart.front().is_empty() && chart.svg().unwrap().contains("<polyline"));
+    }
+}

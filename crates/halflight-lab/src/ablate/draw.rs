@@ -1,0 +1,267 @@
+//! Draws a chart: once, for SVG and PNG.
+
+use std::sync::OnceLock;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{FontStyle, register_font};
+
+use super::chart::{Chart, Mark, Scale, Shape};
+
+/// Size of a chart, pixels.
+pub(crate) const SIZE: (u32, u32) = (1280, 760);
+/// Left, right, top and bottom of the plot; the key is to its right.
+const PLOT: (i32, i32, i32, i32) = (86, 900, 64, 690);
+/// Distance of the outermost points from the frame, in parts of the plot.
+const MARGIN: f64 = 0.05;
+const FONT: &str = "sans-serif";
+const INK: RGBColor = RGBColor(34, 34, 34);
+const GRID: RGBColor = RGBColor(228, 228, 228);
+const FRONT: RGBColor = RGBColor(120, 120, 120);
+const NOISE: RGBColor = RGBColor(170, 60, 60);
+
+/// The bitmap backend has no fonts of its own; SVG viewers use theirs and this one's measures.
+pub(crate) fn font_is_there() -> bool {
+    static FONT_REGISTERED: OnceLock<bool> = OnceLock::new();
+    *FONT_REGISTERED
+        .get_or_init(|| register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT).is_ok())
+}
+
+type Area<DB> = DrawingArea<DB, Shift>;
+type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+
+/// From a quantity to pixels.
+struct Axis {
+    scale: Scale,
+    low: f64,
+    high: f64,
+    from: i32,
+    to: i32,
+}
+
+impl Axis {
+    fn new(scale: Scale, values: impl Iterator<Item = f64>, from: i32, to: i32) -> Self {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for value in values.map(|value| scale.apply(value)).filter(|value| value.is_finite()) {
+            (low, high) = (low.min(value), high.max(value));
+        }
+        if low > high {
+            (low, high) = (0.0, 1.0);
+        }
+        let margin = ((high - low) * MARGIN).max(0.02);
+        Self { scale, low: low - margin, high: high + margin, from, to }
+    }
+
+    fn pixel(&self, value: f64) -> Option<i32> {
+        let part = (self.scale.apply(value) - self.low) / (self.high - self.low);
+        (0.0..=1.0)
+            .contains(&part)
+            .then(|| self.from + (part * f64::from(self.to - self.from)).round() as i32)
+    }
+
+    /// Values to label: 1, 2 and 5 times powers of ten, thinned to powers of ten over a wide range.
+    fn ticks(&self) -> Vec<f64> {
+        match self.scale {
+            Scale::Log => {
+                let factors: &[f64] = if self.high - self.low > 3.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+                let decades = self.low.floor() as i32..=self.high.ceil() as i32;
+                let ticks =
+                    decades.flat_map(|decade| factors.iter().map(move |factor| factor * 10f64.powi(decade)));
+                ticks.filter(|&tick| self.pixel(tick).is_some()).collect()
+            }
+            Scale::Linear => {
+                let rough = (self.high - self.low) / 6.0;
+                let decade = 10f64.powf(rough.log10().floor());
+                let step =
+                    [1.0, 2.0, 5.0, 10.0].iter().map(|factor| factor * decade).find(|&step| step >= rough);
+                let step = step.unwrap_or(rough);
+                let first = (self.low / step).ceil() as i64;
+                (first..).map(|index| index as f64 * step).take_while(|&tick| tick <= self.high).collect()
+            }
+        }
+    }
+}
+
+/// A number as a tick says it: plain between 0.001 and a million, else as 2e-4.
+fn short(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
+        let rounded = (value * 1e4).round() / 1e4;
+        return rounded.to_string();
+    }
+    format!("{value:.0e}")
+}
+
+/// Draws all of it.
+pub(crate) fn draw<DB: DrawingBackend>(area: &Area<DB>, chart: &Chart) -> Drawn<DB> {
+    area.fill(&WHITE)?;
+    let (left, right, top, bottom) = PLOT;
+    let points = || chart.series.iter().flat_map(|series| &series.points);
+    let x_axis = Axis::new(chart.x_scale, points().map(|point| point.x), left, right);
+    let noise = chart.noise.into_iter();
+    let y_axis = Axis::new(Scale::Log, points().map(|point| point.y).chain(noise), bottom, top);
+
+    text(area, &chart.title, (left, 14), 22, INK, HPos::Left)?;
+    text(area, &chart.y_label, (left - 60, 40), 15, INK, HPos::Left)?;
+    text(area, &chart.x_label, (right, bottom + 32), 15, INK, HPos::Right)?;
+    for tick in x_axis.ticks() {
+        if let Some(x) = x_axis.pixel(tick) {
+            area.draw(&PathElement::new([(x, top), (x, bottom)], GRID))?;
+            text(area, &short(tick), (x, bottom + 8), 14, INK, HPos::Center)?;
+        }
+    }
+    for tick in y_axis.ticks() {
+        if let Some(y) = y_axis.pixel(tick) {
+            area.draw(&PathElement::new([(left, y), (right, y)], GRID))?;
+            text(area, &short(tick), (left - 8, y - 7), 14, INK, HPos::Right)?;
+        }
+    }
+    area.draw(&Rectangle::new([(left, top), (right, bottom)], INK))?;
+
+    if let Some(noise) = chart.noise
+        && let Some(y) = y_axis.pixel(noise)
+    {
+        for x in (left..right).step_by(10) {
+            area.draw(&PathElement::new([(x, y), ((x + 5).min(right), y)], NOISE))?;
+        }
+        let words = format!("noise of the reference, {noise:.1e}");
+        text(area, &words, (left + 8, y - 18), 14, NOISE, HPos::Left)?;
+    }
+    let place = |x: f64, y: f64| Some((x_axis.pixel(x)?, y_axis.pixel(y)?));
+    let front: Vec<(i32, i32)> = chart.front().iter().filter_map(|point| place(point.x, point.y)).collect();
+    if let (Some(&first), Some(&last)) = (front.first(), front.last()) {
+        // A staircase: between two of its points, the front is no better than the slower one's time and the faster
+        // one's error.
+        let mut stairs = vec![(first.0, top)];
+        for pair in front.windows(2) {
+            stairs.extend([pair[0], (pair[1].0, pair[0].1)]);
+        }
+        stairs.extend([last, (right, last.1)]);
+        area.draw(&PathElement::new(stairs, FRONT.stroke_width(2)))?;
+    }
+    for series in &chart.series {
+        let placed: Vec<(i32, i32)> =
+            series.points.iter().filter_map(|point| place(point.x, point.y)).collect();
+        if series.connected {
+            area.draw(&PathElement::new(placed.clone(), series.mark.color().stroke_width(2)))?;
+        }
+        for at in placed {
+            mark(area, at, series.mark)?;
+        }
+    }
+    tags(area, chart, &place)?;
+    key(area, chart)
+}
+
+/// Numbers the points of the front and writes the notes of the others.
+fn tags<DB: DrawingBackend>(
+    area: &Area<DB>,
+    chart: &Chart,
+    place: &impl Fn(f64, f64) -> Option<(i32, i32)>,
+) -> Drawn<DB> {
+    for (number, point) in (1..).zip(chart.front()) {
+        if let Some((x, y)) = place(point.x, point.y) {
+            text(area, &number.to_string(), (x - 9, y + 6), 15, INK, HPos::Right)?;
+        }
+    }
+    for point in chart.series.iter().flat_map(|series| &series.points) {
+        if let (Some(note), Some((x, y))) = (&point.note, place(point.x, point.y)) {
+            text(area, note, (x + 10, y - 16), 14, INK, HPos::Left)?;
+        }
+    }
+    Ok(())
+}
+
+/// What marks and numbers mean.
+fn key<DB: DrawingBackend>(area: &Area<DB>, chart: &Chart) -> Drawn<DB> {
+    let (x, mut y) = (PLOT.1 + 22, PLOT.2);
+    for group in &chart.key {
+        text(area, &group.title, (x, y), 15, INK, HPos::Left)?;
+        y += 22;
+        for (sample, words) in &group.entries {
+            mark(area, (x + 8, y + 8), *sample)?;
+            text(area, words, (x + 24, y), 15, INK, HPos::Left)?;
+            y += 20;
+        }
+        y += 8;
+    }
+    let front = chart.front();
+    if !front.is_empty() {
+        area.draw(&PathElement::new([(x, y + 9), (x + 18, y + 9)], FRONT.stroke_width(2)))?;
+        text(area, "Pareto front", (x + 24, y), 15, INK, HPos::Left)?;
+        y += 22;
+    }
+    let room = ((SIZE.1 as i32 - y - 20) / 17).max(0) as usize;
+    let shown = if front.len() > room { room.saturating_sub(1) } else { front.len() };
+    for (number, point) in (1..).zip(&front[..shown]) {
+        text(area, &format!("{number}  {}", point.name), (x, y), 12, INK, HPos::Left)?;
+        y += 17;
+    }
+    if shown < front.len() {
+        text(area, &format!("and {} more, in the table", front.len() - shown), (x, y), 12, INK, HPos::Left)?;
+    }
+    Ok(())
+}
+
+fn text<DB: DrawingBackend>(
+    area: &Area<DB>,
+    words: &str,
+    at: (i32, i32),
+    size: i32,
+    color: RGBColor,
+    side: HPos,
+) -> Drawn<DB> {
+    let style = (FONT, size).into_font().color(&color).pos(Pos::new(side, VPos::Top));
+    area.draw(&Text::new(words.to_string(), at, style))
+}
+
+fn mark<DB: DrawingBackend>(area: &Area<DB>, (x, y): (i32, i32), mark: Mark) -> Drawn<DB> {
+    let color = mark.color();
+    let outline: Vec<(i32, i32)> = match mark.shape {
+        Shape::Circle => {
+            let corner = |step: i32| {
+                let angle = f64::from(step) * std::f64::consts::TAU / 20.0;
+                (x + (6.0 * angle.cos()).round() as i32, y + (6.0 * angle.sin()).round() as i32)
+            };
+            (0..20).map(corner).collect()
+        }
+        Shape::Triangle => vec![(x, y - 7), (x + 7, y + 6), (x - 7, y + 6)],
+        Shape::Square => vec![(x - 5, y - 5), (x + 5, y - 5), (x + 5, y + 5), (x - 5, y + 5)],
+        Shape::Diamond => vec![(x, y - 7), (x + 7, y), (x, y + 7), (x - 7, y)],
+    };
+    let fill = if mark.filled { color } else { WHITE };
+    area.draw(&Polygon::new(outline.clone(), fill))?;
+    let closed: Vec<(i32, i32)> = outline.iter().chain(outline.first()).copied().collect();
+    area.draw(&PathElement::new(closed, color.stroke_width(2)))
+}
+
+impl Mark {
+    fn color(&self) -> RGBColor {
+        let [r, g, b] = self.rgb;
+        RGBColor(r, g, b)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_keep_order_and_leave_out_what_has_no_logarithm() {
+        let axis = Axis::new(Scale::Log, [1.0, 10.0, 0.0, f64::NAN].into_iter(), 0, 1000);
+        assert!(axis.pixel(1.0) < axis.pixel(2.0) && axis.pixel(2.0) < axis.pixel(10.0));
+        assert_eq!((axis.pixel(0.0), axis.pixel(1e6)), (None, None));
+        assert_eq!(axis.ticks(), [1.0, 2.0, 5.0, 10.0]);
+    }
+
+    #[test]
+    fn linear_ticks_are_round() {
+        let axis = Axis::new(Scale::Linear, [1.0, 7.0].into_iter(), 0, 1000);
+        assert_eq!(axis.ticks(), [2.0, 4.0, 6.0]);
+    }
+
+    #[test]
+    fn tick_labels_are_short() {
+        assert_eq!([0.5, 100.0, 2e-4, 1e-6].map(short), ["0.5", "100", "2e-4", "1e-6"]);
+    }
+}

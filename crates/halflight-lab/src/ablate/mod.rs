@@ -1,0 +1,28 @@
+//! Experiments: what is varied is data, what comes out is a table, charts and a report.
+//!
+//! An [`Experiment`] is a TOML file. [`plan`](plan::plan) expands it into settings (a scene under a light) and
+//! rows (a pipeline in a setting), [`run`](run::run) renders, times and measures them, [`output`] writes
+//! `results.csv`, the charts and `report.html`.
+
+pub mod bundled;
+pub mod chart;
+pub mod constants;
+mod draw;
+pub mod error;
+pub mod experiment;
+pub mod output;
+pub mod paper;
+pub mod pareto;
+pub mod plan;
+pub mod progress;
+pub mod provenance;
+pub mod record;
+pub mod report;
+pub mod run;
+pub mod state;
+pub mod summary;
+mod timing;
+
+pub use error::AblateError;
+pub use experiment::Experiment;
+pub use record::{Finished, Record};

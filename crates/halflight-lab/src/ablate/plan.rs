@@ -1,0 +1,226 @@
+//! From an experiment to the rows of its table.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use halflight_core::frame::LightSampling;
+use halflight_cpu::config::{PipelineConfig, RefinerConfig, VisibilityConfig};
+use halflight_cpu::irradiance::Shading;
+use serde::Serialize;
+
+use super::experiment::{Experiment, SceneChoice};
+use super::{AblateError, constants};
+
+/// A scene under a light: what has a reference of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// Index of the scene in the experiment.
+    pub scene: usize,
+    /// Factor on the lights' edges.
+    pub light_scale: f32,
+    /// Name for titles, without the folders of a path.
+    pub label: String,
+    /// Name for files.
+    pub slug: String,
+}
+
+/// A pipeline; it is rendered in every setting.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The pipeline.
+    pub config: PipelineConfig,
+    /// Constants that the experiment sets.
+    pub parameters: String,
+}
+
+/// All settings of an experiment, scene by scene.
+pub fn settings(experiment: &Experiment) -> Vec<Setting> {
+    let mut settings = Vec::new();
+    for (scene, choice) in experiment.scenes.iter().enumerate() {
+        for &light_scale in &experiment.light_scales {
+            let mut label = scene_label(choice);
+            if experiment.light_scales.len() > 1 {
+                label.push_str(&format!(" light ×{light_scale}"));
+            }
+            let slug = slug(&label.replace('×', "x"));
+            settings.push(Setting { scene, light_scale, label, slug });
+        }
+    }
+    settings
+}
+
+/// A scene's name in tables: what a path ends in, and the parameters that were changed.
+pub fn scene_label(choice: &SceneChoice) -> String {
+    let mut label = Path::new(&choice.name)
+        .file_stem()
+        .map_or(choice.name.clone(), |stem| stem.to_string_lossy().into_owned());
+    for (key, value) in &choice.parameters {
+        label.push_str(&format!(" {key}={value}"));
+    }
+    label
+}
+
+/// All pipelines of an experiment, grid by grid.
+///
+/// # Errors
+/// What a grid says wrong; a pipeline that occurs twice.
+pub fn rows(experiment: &Experiment) -> Result<Vec<Row>, String> {
+    let mut rows = Vec::new();
+    let mut seen = BTreeSet::new();
+    for (number, grid) in (1..).zip(&experiment.grids) {
+        let at = |message: String| format!("grid {number}: {message}");
+        for table in &grid.refiners {
+            for choice in constants::expand(table).map_err(at)? {
+                for sampling in samplings(grid) {
+                    sampling.pattern().map_err(|fault| at(fault.to_string()))?;
+                    for &shading in &grid.shadings {
+                        for &upsampler in &grid.upsamplers {
+                            let config = PipelineConfig {
+                                width: experiment.width(),
+                                height: experiment.height(),
+                                refiner: choice.refiner,
+                                visibility: VisibilityConfig::default(),
+                                upsampler,
+                                shading,
+                                sampling,
+                                seed: experiment.seed,
+                            };
+                            let row = Row { config, parameters: choice.parameters.clone() };
+                            if !seen.insert(row.slug()) {
+                                return Err(at(format!("{} is there already", row.label())));
+                            }
+                            rows.push(row);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    Ok(rows)
+}
+
+fn samplings(grid: &super::experiment::Grid) -> Vec<LightSampling> {
+    let mut samplings = Vec::new();
+    for &count in &grid.samples {
+        for &kind in &grid.patterns {
+            samplings.extend(grid.sharings.iter().map(|&sharing| LightSampling { count, kind, sharing }));
+        }
+    }
+    samplings
+}
+
+/// [`rows`], with the experiment's name in the error.
+///
+/// # Errors
+/// As [`rows`].
+pub fn plan(experiment: &Experiment) -> Result<(Vec<Setting>, Vec<Row>), AblateError> {
+    let rows = rows(experiment)
+        .map_err(|message| AblateError::Experiment { file: experiment.name.clone(), message })?;
+    Ok((settings(experiment), rows))
+}
+
+/// The kebab-case name of a unit variant.
+pub(crate) fn word(value: impl Serialize) -> String {
+    serde_json::to_value(value).ok().and_then(|value| value.as_str().map(str::to_string)).unwrap_or_default()
+}
+
+impl Row {
+    /// Plain Monte Carlo, as papers render their references.
+    pub fn monte_carlo(width: u32, height: u32, count: u32, seed: u32) -> Self {
+        let config = PipelineConfig {
+            width,
+            height,
+            refiner: RefinerConfig::Full,
+            shading: Shading::Sampled,
+            sampling: LightSampling { count, ..LightSampling::default() },
+            seed,
+            ..PipelineConfig::default()
+        };
+        Self { config, parameters: String::new() }
+    }
+
+    /// Everything that decides on fragments and masks, for files: rows that differ in upsampler and shading alone
+    /// have the same.
+    pub fn fragments_slug(&self) -> String {
+        let sampling = &self.config.sampling;
+        let parts = [
+            self.config.refiner.name().to_string(),
+            self.parameters.clone(),
+            sampling.count.to_string(),
+            word(sampling.kind),
+            word(sampling.sharing),
+        ];
+        slug(&parts.iter().filter(|part| !part.is_empty()).cloned().collect::<Vec<_>>().join(" "))
+    }
+
+    /// The row's name for files.
+    pub fn slug(&self) -> String {
+        format!("{}-{}-{}", self.fragments_slug(), self.config.upsampler.name(), word(self.config.shading))
+    }
+
+    /// The row's name for people. Every pixel of `full` is a fragment, so that its upsampler says nothing.
+    pub fn label(&self) -> String {
+        let sampling = self.config.sampling;
+        let mut parts = vec![self.config.refiner.name().to_string()];
+        if self.config.refiner == RefinerConfig::Full {
+            parts.push(sampling.count.to_string());
+        } else {
+            parts.extend((!self.parameters.is_empty()).then(|| self.parameters.clone()));
+            parts.push(self.config.upsampler.name().to_string());
+        }
+        parts.push(word(self.config.shading));
+        let usual = LightSampling::default();
+        if (sampling.kind, sampling.sharing) != (usual.kind, usual.sharing) {
+            parts.push(format!("{}/{}", word(sampling.kind), word(sampling.sharing)));
+        }
+        parts.join(" · ")
+    }
+}
+
+/// Letters, digits, `.` and `_` as they are, everything else as single hyphens.
+fn slug(text: &str) -> String {
+    let mut slug = String::new();
+    for character in text.chars() {
+        if character.is_ascii_alphanumeric() || "._".contains(character) {
+            slug.push(character);
+        } else if !slug.ends_with('-') {
+            slug.push('-');
+        }
+    }
+    slug
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_experiment_is_every_combination() {
+        let experiment = Experiment::resolve("default").unwrap();
+        let (settings, rows) = plan(&experiment).unwrap();
+        assert_eq!(settings.len(), 3);
+        assert_eq!(rows.len(), 2 * 5 * 2 + 3 * 2);
+    }
+
+    #[test]
+    fn labels_hide_folders() {
+        let mut experiment = Experiment::resolve("default").unwrap();
+        experiment.set_scenes(&["/some/where/hall.toml".to_string()]);
+        assert_eq!(settings(&experiment)[0].label, "hall");
+    }
+
+    #[test]
+    fn a_row_given_twice_is_refused() {
+        let mut experiment = Experiment::resolve("default").unwrap();
+        experiment.grids.push(experiment.grids[0].clone());
+        let fault = rows(&experiment).unwrap_err();
+        assert!(fault.contains("there already"), "{fault}");
+    }
+
+    #[test]
+    fn fragments_are_shared_by_rows_that_differ_in_upsampler_and_shading_alone() {
+        let rows = rows(&Experiment::resolve("default").unwrap()).unwrap();
+        let slugs: BTreeSet<String> = rows.iter().map(Row::fragments_slug).collect();
+        assert_eq!(slugs.len(), 2 + 3);
+    }
+}

@@ -1,0 +1,309 @@
+//! One finished row: what `results.csv` holds of it, and what the report needs beside that.
+
+use std::path::Path;
+
+use halflight_core::fragment::LEVELS;
+use halflight_core::stats::{FrameStats, StageTimes};
+use halflight_metrics::{Comparison, write_atomically};
+use serde::{Deserialize, Serialize};
+
+use super::AblateError;
+use super::plan::{Row, Setting, word};
+use super::provenance::Provenance;
+
+/// A reference's error must be this many times below an error measured against it.
+pub const NOISE_MARGIN: f64 = 16.0;
+
+/// A line of `results.csv`; fields are columns, in this order.
+///
+/// Times are medians over repeated frames, in ms. Errors are those of the linear irradiance over receiver pixels, as
+/// [`Comparison`] defines them; `psnr` is empty where the images are equal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// Name of the experiment.
+    pub experiment: String,
+    /// Name of the scene.
+    pub scene: String,
+    /// Triangles in the scene.
+    pub triangles: u64,
+    /// Image width, pixels.
+    pub width: u32,
+    /// Image height, pixels.
+    pub height: u32,
+    /// Refiner.
+    pub refiner: String,
+    /// Its constants, where the experiment sets them: `name=value`, separated by `;`.
+    pub parameters: String,
+    /// Visibility backend.
+    pub visibility: String,
+    /// Upsampler.
+    pub upsampler: String,
+    /// What is interpolated.
+    pub shading: String,
+    /// Light samples of a full mask.
+    pub samples: u32,
+    /// Their placement in the strata.
+    pub pattern: String,
+    /// Who shares them.
+    pub sharing: String,
+    /// Factor on the lights' edges.
+    pub light_scale: f32,
+    /// Seed.
+    pub seed: u32,
+    /// Worker threads.
+    pub threads: usize,
+    /// Fragments.
+    pub fragments: u64,
+    /// Shadow rays traced.
+    pub rays: u64,
+    /// Those for refinement.
+    pub rays_refine: u64,
+    /// Those for irradiance alone.
+    pub rays_final: u64,
+    /// Rays not traced because the sample lies below a horizon.
+    pub rays_skipped: u64,
+    /// G-buffer.
+    pub gbuffer_ms: f64,
+    /// Discontinuity pyramid.
+    pub pyramid_ms: f64,
+    /// Refinement without visibility.
+    pub refine_ms: f64,
+    /// Visibility.
+    pub visibility_ms: f64,
+    /// Values of the samples.
+    pub irradiance_ms: f64,
+    /// Upsampling.
+    pub upsample_ms: f64,
+    /// Composition.
+    pub compose_ms: f64,
+    /// The whole frame.
+    pub total_ms: f64,
+    /// Σ (a − b)².
+    pub sse: f64,
+    /// Koa17's normalised error, after division by the peak.
+    pub nmse: f64,
+    /// Σ (a − b)² / Σ b².
+    pub nmse2: f64,
+    /// Mean relative squared error.
+    pub relmse: f64,
+    /// dB.
+    pub psnr: Option<f64>,
+    /// Structural similarity.
+    pub ssim: f64,
+    /// LDR-FLIP.
+    pub flip: f64,
+    /// Estimated NMSE₂ of the reference itself.
+    pub reference_noise: f64,
+    /// Commit of the program.
+    pub commit: String,
+    /// Processor, cores and system.
+    pub machine: String,
+}
+
+/// A finished row.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Finished {
+    /// Name of its setting's files.
+    pub setting: String,
+    /// Name of its files.
+    pub row: String,
+    /// Name of its fragment map's file, which rows with the same fragments share.
+    pub fragments: String,
+    /// Its name for people.
+    pub label: String,
+    /// SSE of the images divided by the reference's peak.
+    pub normalised_sse: f64,
+    /// Errors against a second reference with as many samples as the paper's.
+    pub paper: Option<PaperError>,
+    /// Fragments of each level, 0 first.
+    pub per_level: [u64; LEVELS],
+    /// Its line in the table.
+    pub record: Record,
+}
+
+/// Errors as a paper measures them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PaperError {
+    /// SSE of the images divided by the reference's peak.
+    pub sse: f64,
+    /// SSE over the sum of the reference, both divided by its peak.
+    pub nmse: f64,
+}
+
+/// What a row's record is made of.
+pub(crate) struct Measured<'a> {
+    pub(crate) experiment: &'a str,
+    pub(crate) scene: &'a str,
+    pub(crate) triangles: usize,
+    pub(crate) setting: &'a Setting,
+    pub(crate) row: &'a Row,
+    pub(crate) stats: &'a FrameStats,
+    pub(crate) stages: StageTimes,
+    pub(crate) total_ms: f64,
+    pub(crate) errors: Comparison,
+    pub(crate) reference_noise: f64,
+    pub(crate) provenance: &'a Provenance,
+}
+
+impl Measured<'_> {
+    pub(crate) fn record(&self) -> Record {
+        let (config, stats, stages, errors) = (&self.row.config, self.stats, &self.stages, &self.errors);
+        Record {
+            experiment: self.experiment.to_string(),
+            scene: self.scene.to_string(),
+            triangles: self.triangles as u64,
+            width: config.width,
+            height: config.height,
+            refiner: config.refiner.name().to_string(),
+            parameters: self.row.parameters.clone(),
+            visibility: config.visibility.name().to_string(),
+            upsampler: config.upsampler.name().to_string(),
+            shading: word(config.shading),
+            samples: config.sampling.count,
+            pattern: word(config.sampling.kind),
+            sharing: word(config.sampling.sharing),
+            light_scale: self.setting.light_scale,
+            seed: config.seed,
+            threads: self.provenance.threads,
+            fragments: stats.fragments.total,
+            rays: stats.rays.total,
+            rays_refine: stats.rays.refine,
+            rays_final: stats.rays.last,
+            rays_skipped: stats.rays.skipped,
+            gbuffer_ms: stages.gbuffer,
+            pyramid_ms: stages.pyramid,
+            refine_ms: stages.refine,
+            visibility_ms: stages.visibility,
+            irradiance_ms: stages.irradiance,
+            upsample_ms: stages.upsample,
+            compose_ms: stages.compose,
+            total_ms: self.total_ms,
+            sse: errors.sse,
+            nmse: errors.nmse,
+            nmse2: errors.nmse2,
+            relmse: errors.relmse,
+            psnr: errors.psnr.is_finite().then_some(errors.psnr),
+            ssim: errors.ssim,
+            flip: errors.flip,
+            reference_noise: self.reference_noise,
+            commit: self.provenance.commit.clone(),
+            machine: self.provenance.machine.clone(),
+        }
+    }
+}
+
+impl Record {
+    /// Whether the reference is too noisy for this row's error to be believed.
+    pub fn near_noise(&self) -> bool {
+        self.reference_noise * NOISE_MARGIN > self.nmse2
+    }
+}
+
+/// Writes `results.csv`.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_csv<'a>(path: &Path, records: impl IntoIterator<Item = &'a Record>) -> Result<(), AblateError> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for record in records {
+        writer.serialize(record)?;
+    }
+    let bytes = writer.into_inner().map_err(|fault| csv::Error::from(fault.into_error()))?;
+    write_atomically(path, |file| std::io::Write::write_all(file, &bytes))?;
+    Ok(())
+}
+
+/// Reads a `results.csv`.
+///
+/// # Errors
+/// The file cannot be read, or a line does not have the columns of a [`Record`].
+pub fn read_csv(path: &Path) -> Result<Vec<Record>, AblateError> {
+    let text = std::fs::read(path).map_err(super::error::at(path))?;
+    Ok(csv::Reader::from_reader(text.as_slice()).deserialize().collect::<Result<_, _>>()?)
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// A made-up row; `time` and `error` are all that charts look at.
+    pub(crate) fn finished(refiner: &str, upsampler: &str, time: f64, error: f64) -> Finished {
+        Finished {
+            setting: "hall".to_string(),
+            row: format!("{refiner}-{upsampler}"),
+            fragments: refiner.to_string(),
+            label: format!("{refiner} · {upsampler} · ratio"),
+            normalised_sse: 0.25,
+            paper: None,
+            per_level: [3; LEVELS],
+            record: Record {
+                experiment: "made-up".to_string(),
+                scene: "hall".to_string(),
+                triangles: 12,
+                width: 64,
+                height: 48,
+                refiner: refiner.to_string(),
+                parameters: String::new(),
+                visibility: "bvh".to_string(),
+                upsampler: upsampler.to_string(),
+                shading: "ratio".to_string(),
+                samples: 64,
+                pattern: "jittered".to_string(),
+                sharing: "fragment".to_string(),
+                light_scale: 1.0,
+                seed: 0,
+                threads: 2,
+                fragments: 100,
+                rays: (time * 1e3) as u64,
+                rays_refine: 10,
+                rays_final: 20,
+                rays_skipped: 3,
+                gbuffer_ms: 1.25,
+                pyramid_ms: 0.5,
+                refine_ms: 0.1,
+                visibility_ms: 0.7,
+                irradiance_ms: 0.3,
+                upsample_ms: 0.2,
+                compose_ms: 0.15,
+                total_ms: time,
+                sse: error * 10.0,
+                nmse: error,
+                nmse2: error,
+                relmse: 1.0 / 3.0,
+                psnr: Some(41.5),
+                ssim: 0.99,
+                flip: 0.01,
+                reference_noise: 1e-7,
+                commit: "abc1234".to_string(),
+                machine: "a processor, 2 cores, linux".to_string(),
+            },
+        }
+    }
+
+    #[test]
+    fn csv_comes_back_as_it_was() {
+        let path = std::env::temp_dir().join(format!("halflight-record-{}.csv", std::process::id()));
+        let mut equal = finished("full", "bilinear", 3.0, 0.0).record;
+        equal.psnr = None;
+        equal.parameters = "a=1;b=\"x\", y".to_string();
+        let records = vec![finished("nichols", "delaunay", 0.1 + 0.2, 1e-300).record, equal];
+        write_csv(&path, &records).unwrap();
+        let header = std::fs::read_to_string(&path).unwrap().lines().next().unwrap().to_string();
+        let read = read_csv(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!(read, records);
+        assert_eq!(
+            header,
+            "experiment,scene,triangles,width,height,refiner,parameters,visibility,upsampler,shading,samples,\
+             pattern,sharing,light_scale,seed,threads,fragments,rays,rays_refine,rays_final,rays_skipped,\
+             gbuffer_ms,pyramid_ms,refine_ms,visibility_ms,irradiance_ms,upsample_ms,compose_ms,total_ms,\
+             sse,nmse,nmse2,relmse,psnr,ssim,flip,reference_noise,commit,machine"
+        );
+    }
+
+    #[test]
+    fn errors_near_the_reference_s_noise_are_flagged() {
+        assert!(!finished("full", "bilinear", 1.0, 17e-7).record.near_noise());
+        assert!(finished("full", "bilinear", 1.0, 15e-7).record.near_noise());
+    }
+}

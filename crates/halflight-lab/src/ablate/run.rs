@@ -1,0 +1,410 @@
+//! Renders, times and measures the rows of an experiment.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::Vec3;
+use halflight_core::gbuffer::GBuffer;
+use halflight_core::light::AreaLight;
+use halflight_core::scene::Scene;
+use halflight_core::stats::FrameStats;
+use halflight_cpu::bvh::Bvh;
+use halflight_cpu::gbuffer;
+use halflight_cpu::pipeline::Pipeline;
+use halflight_metrics::{Comparison, Image, compare, squared_error_picture, write_png};
+use rayon::prelude::*;
+
+use super::experiment::{Experiment, SceneChoice};
+use super::plan::{self, Row, Setting};
+use super::progress::Progress;
+use super::provenance::Provenance;
+use super::record::{Finished, Measured, PaperError};
+use super::state::{Header, State};
+use super::{AblateError, error, timing};
+use crate::picture;
+use crate::reference::{Reference, ReferenceConfig, reference};
+
+/// Pipelines are held together, and so timed in turn, up to this many bytes.
+const GROUP_BYTES: u64 = 3 << 30;
+
+/// Where an experiment's files go.
+#[derive(Clone, Debug)]
+pub struct Places {
+    /// Folder of the experiment's own files.
+    pub out: PathBuf,
+    /// Folder of references, which experiments share.
+    pub references: PathBuf,
+}
+
+/// All rows of an experiment.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The settings.
+    pub settings: Vec<Setting>,
+    /// Rows in the order of the plan, setting by setting.
+    pub rows: Vec<Finished>,
+    /// Who made them. All rows have the same.
+    pub provenance: Provenance,
+}
+
+/// Runs what is left to run of an experiment. `each` is called whenever a setting is complete, with all rows so far.
+///
+/// # Errors
+/// A scene cannot be loaded, a row not be rendered, a file not be written.
+pub fn run(
+    experiment: &Experiment,
+    places: &Places,
+    provenance: &Provenance,
+    mut each: impl FnMut(&Outcome) -> Result<(), AblateError>,
+) -> Result<Outcome, AblateError> {
+    let (settings, rows) = plan::plan(experiment)?;
+    std::fs::create_dir_all(&places.out).map_err(error::at(&places.out))?;
+    let mut state = State::open(&places.out.join("state.jsonl"), &Header::new(experiment, provenance)?)?;
+    let progress = Progress::new((settings.len() * rows.len()) as u64, 0);
+    if state.set_aside() > 0 {
+        progress.say(&format!(
+            "{} rows of another version of the experiment or program are set aside as state.jsonl.old",
+            state.set_aside()
+        ));
+    }
+    let mut loaded: Option<(usize, Loaded)> = None;
+    for setting in &settings {
+        let folder = places.out.join("pictures").join(&setting.slug);
+        let whole = |row: &&Row| {
+            let finished = state.row(&setting.slug, &row.slug());
+            finished
+                .is_some_and(|row| pictures(row, experiment).iter().all(|name| folder.join(name).is_file()))
+        };
+        let left: Vec<&Row> = rows.iter().filter(|row| !whole(row)).collect();
+        progress.advance((rows.len() - left.len()) as u64);
+        if left.is_empty() {
+            continue;
+        }
+        std::fs::create_dir_all(&folder).map_err(error::at(&folder))?;
+        let scene = match loaded.take() {
+            Some((scene, loaded)) if scene == setting.scene => loaded,
+            _ => {
+                progress.now(format!("{}: loading", setting.label));
+                Loaded::new(&experiment.scenes[setting.scene], &progress)?
+            }
+        };
+        let truth = Truth::new(experiment, places, setting, &scene, &progress)?;
+        truth.write_picture(&folder.join("reference.png"), &truth.reference.irradiance)?;
+        let bench = Bench { experiment, provenance, setting, scene: &scene, truth: &truth, folder: &folder };
+        bench.run(&left, &mut state, &progress)?;
+        loaded = Some((setting.scene, scene));
+        each(&outcome(&settings, &rows, &state, provenance))?;
+    }
+    progress.finish();
+    let outcome = outcome(&settings, &rows, &state, provenance);
+    each(&outcome)?;
+    Ok(outcome)
+}
+
+fn outcome(settings: &[Setting], rows: &[Row], state: &State, provenance: &Provenance) -> Outcome {
+    let pairs = settings.iter().flat_map(|setting| rows.iter().map(move |row| (setting, row)));
+    let finished = pairs.filter_map(|(setting, row)| state.row(&setting.slug, &row.slug()).cloned());
+    Outcome { settings: settings.to_vec(), rows: finished.collect(), provenance: provenance.clone() }
+}
+
+/// A picture of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum PictureKind {
+    Image,
+    Fragments,
+    Error,
+    SquaredError,
+}
+
+impl PictureKind {
+    const ALL: [Self; 4] = [Self::Image, Self::Fragments, Self::Error, Self::SquaredError];
+
+    fn file(self, row: &Finished) -> String {
+        match self {
+            Self::Image => format!("{}.png", row.row),
+            Self::Fragments => format!("{}-fragments.png", row.fragments),
+            Self::Error => format!("{}-error.png", row.row),
+            Self::SquaredError => format!("{}-squared.png", row.row),
+        }
+    }
+}
+
+/// Files of a row's pictures in its setting's folder: picture, fragment map, error map, and squared errors if asked for.
+pub fn pictures(row: &Finished, experiment: &Experiment) -> Vec<String> {
+    let kinds = PictureKind::ALL.iter();
+    let made =
+        kinds.filter(|kind| **kind != PictureKind::SquaredError || experiment.squared_error_factor.is_some());
+    made.map(|kind| kind.file(row)).collect()
+}
+
+/// A scene and its hierarchy.
+struct Loaded {
+    name: String,
+    scene: Arc<Scene>,
+    bvh: Arc<Bvh>,
+}
+
+impl Loaded {
+    fn new(choice: &SceneChoice, progress: &Progress) -> Result<Self, AblateError> {
+        let loaded = if choice.parameters.is_empty() {
+            halflight_scene::resolve(&choice.name)?
+        } else {
+            with_parameters(choice)?
+        };
+        let name = plan::scene_label(choice);
+        for warning in &loaded.report.warnings {
+            progress.say(&format!("{name}: {warning}"));
+        }
+        let bvh = Bvh::build(&loaded.scene.mesh)
+            .map_err(|source| AblateError::Bvh { scene: name.clone(), source })?;
+        Ok(Self { name, scene: Arc::new(loaded.scene), bvh: Arc::new(bvh) })
+    }
+
+    /// The scene with its lights scaled about their middles.
+    fn lit(&self, scale: f32) -> Arc<Scene> {
+        if scale == 1.0 {
+            return Arc::clone(&self.scene);
+        }
+        let scaled = |light: &AreaLight| AreaLight {
+            corner: light.corner + (light.edge_u + light.edge_v) * (0.5 * (1.0 - scale)),
+            edge_u: light.edge_u * scale,
+            edge_v: light.edge_v * scale,
+            ..*light
+        };
+        let lights = self.scene.lights.iter().map(scaled).collect();
+        Arc::new(Scene { lights, ..Scene::clone(&self.scene) })
+    }
+}
+
+/// Loads a scene whose generators get other parameters.
+fn with_parameters(choice: &SceneChoice) -> Result<halflight_scene::Loaded, AblateError> {
+    let fault = |message: String| AblateError::Experiment { file: format!("scene {}", choice.name), message };
+    let path = Path::new(&choice.name);
+    let bundled = halflight_scene::bundled().iter().find(|(name, _)| *name == choice.name);
+    let text = match bundled {
+        Some((_, text)) => (*text).to_string(),
+        None => std::fs::read_to_string(path).map_err(error::at(path))?,
+    };
+    let mut table: toml::Table =
+        text.parse().map_err(|source: toml::de::Error| fault(source.message().to_string()))?;
+    let meshes = table.get_mut("mesh").and_then(toml::Value::as_array_mut);
+    let generated = meshes.into_iter().flatten().filter_map(toml::Value::as_table_mut);
+    let mut changed = 0;
+    for mesh in generated.filter(|mesh| mesh.contains_key("generator")) {
+        mesh.extend(choice.parameters.clone());
+        changed += 1;
+    }
+    if changed == 0 {
+        return Err(fault("has parameters, but the scene has no generator to take them".to_string()));
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    Ok(halflight_scene::parse(&table.to_string(), &format!("{}, changed", choice.name), folder)?)
+}
+
+/// What rows of a setting are measured against.
+struct Truth {
+    scene: Arc<Scene>,
+    reference: Reference,
+    /// An image as papers take for a reference.
+    paper: Option<Vec<Vec3>>,
+    gbuffer: GBuffer,
+    /// Pixels that see geometry.
+    receivers: Vec<bool>,
+}
+
+impl Truth {
+    fn new(
+        experiment: &Experiment,
+        places: &Places,
+        setting: &Setting,
+        loaded: &Loaded,
+        progress: &Progress,
+    ) -> Result<Self, AblateError> {
+        let scene = loaded.lit(setting.light_scale);
+        let (width, height) = (experiment.width(), experiment.height());
+        let choice = &experiment.scenes[setting.scene];
+        let samples = choice.reference_samples.unwrap_or(experiment.reference.samples);
+        let seed = experiment.reference.seed;
+        let mut said = |done: u32, all: u32| {
+            progress.now(format!("{}: reference, {done} of {all} samples a pixel", setting.label));
+        };
+        let config = ReferenceConfig { width, height, samples, seed };
+        let reference = reference(&scene, &loaded.bvh, &config, Some(&places.references), &mut said)?;
+        let paper = match experiment.paper.as_ref().and_then(|paper| paper.reference_samples) {
+            Some(count) => {
+                let row = Row::monte_carlo(width, height, count, seed);
+                let builder = row.config.builder(Arc::clone(&scene), Arc::clone(&loaded.bvh));
+                let mut pipeline = builder.build().map_err(|source| fault(&row, source))?;
+                Some(pipeline.render().map_err(|source| fault(&row, source))?.irradiance.clone())
+            }
+            None => None,
+        };
+        let mut gbuffer = GBuffer::default();
+        gbuffer::trace(&loaded.bvh, &scene, width, height, &mut gbuffer);
+        let receivers = (0..gbuffer.pixels()).map(|pixel| gbuffer.is_receiver(pixel)).collect();
+        Ok(Self { scene, reference, paper, gbuffer, receivers })
+    }
+
+    fn image<'a>(&'a self, pixels: &'a [Vec3]) -> Result<Image<'a>, AblateError> {
+        let (width, height) = (self.reference.width, self.reference.height);
+        Ok(Image::new(width, height, pixels)?.with_mask(&self.receivers)?)
+    }
+
+    fn write_picture(&self, path: &Path, irradiance: &[Vec3]) -> Result<(), AblateError> {
+        let picture = picture::image(irradiance, &self.gbuffer.albedo, picture::EXPOSURE);
+        Ok(write_png(path, self.gbuffer.width, self.gbuffer.height, &picture)?)
+    }
+
+    /// Errors against a reference, and its SSE after division by the reference's peak.
+    fn errors(
+        &self,
+        row: &Row,
+        irradiance: &[Vec3],
+        reference: &[Vec3],
+    ) -> Result<(Comparison, f64), AblateError> {
+        let errors = compare(self.image(irradiance)?, self.image(reference)?)
+            .map_err(|source| AblateError::Compare { row: row.label(), source })?;
+        let lit = reference.iter().zip(&self.receivers).filter(|(_, receives)| **receives);
+        let peak = f64::from(lit.fold(0.0f32, |peak, (value, _)| peak.max(value.abs().max_element())));
+        Ok((errors, errors.sse / (peak * peak)))
+    }
+}
+
+/// A pipeline on the bench.
+struct Running<'a> {
+    row: &'a Row,
+    pipeline: Pipeline,
+    frames: Vec<FrameStats>,
+}
+
+/// Rows of one setting, side by side.
+struct Bench<'a> {
+    experiment: &'a Experiment,
+    provenance: &'a Provenance,
+    setting: &'a Setting,
+    scene: &'a Loaded,
+    truth: &'a Truth,
+    folder: &'a Path,
+}
+
+impl Bench<'_> {
+    fn run(&self, rows: &[&Row], state: &mut State, progress: &Progress) -> Result<(), AblateError> {
+        let mut left = rows.iter();
+        loop {
+            let mut group: Vec<Running> = Vec::new();
+            let mut bytes = 0;
+            for row in left.by_ref() {
+                progress.now(format!("{}: warming {}", self.setting.label, row.label()));
+                let running = self.warm(row)?;
+                bytes +=
+                    running.pipeline.image().stats.peak_bytes.saturating_sub(self.scene.bvh.bytes() as u64);
+                group.push(running);
+                if bytes > GROUP_BYTES {
+                    break;
+                }
+            }
+            if group.is_empty() {
+                return Ok(());
+            }
+            // Round and round: whatever slows the machine for a while slows all rows alike.
+            for repetition in 1..=self.experiment.repetitions {
+                for running in &mut group {
+                    let of = self.experiment.repetitions;
+                    progress.now(format!(
+                        "{}: round {repetition} of {of}, {}",
+                        self.setting.label,
+                        running.row.label()
+                    ));
+                    let stats = render(running.row, &mut running.pipeline)?;
+                    running.frames.push(stats);
+                }
+            }
+            progress.now(format!("{}: measuring {} rows", self.setting.label, group.len()));
+            let finished: Vec<Finished> =
+                group.into_par_iter().map(|running| self.measure(&running)).collect::<Result<_, _>>()?;
+            for row in finished {
+                state.append(row)?;
+                progress.advance(1);
+            }
+        }
+    }
+
+    /// Builds a pipeline and renders the frame that is not timed.
+    fn warm<'r>(&self, row: &'r Row) -> Result<Running<'r>, AblateError> {
+        let builder = row.config.builder(Arc::clone(&self.truth.scene), Arc::clone(&self.scene.bvh));
+        let mut pipeline = builder.build().map_err(|source| fault(row, source))?;
+        render(row, &mut pipeline)?;
+        Ok(Running { row, pipeline, frames: Vec::new() })
+    }
+
+    fn measure(&self, running: &Running) -> Result<Finished, AblateError> {
+        let (row, image) = (running.row, running.pipeline.image());
+        let (errors, normalised_sse) =
+            self.truth.errors(row, &image.irradiance, &self.truth.reference.irradiance)?;
+        let paper = match &self.truth.paper {
+            Some(reference) => {
+                let (errors, sse) = self.truth.errors(row, &image.irradiance, reference)?;
+                Some(PaperError { sse, nmse: errors.nmse })
+            }
+            None => None,
+        };
+        let (stages, total_ms) = timing::medians(&running.frames);
+        let measured = Measured {
+            experiment: &self.experiment.name,
+            scene: &self.scene.name,
+            triangles: self.scene.bvh.triangle_count(),
+            setting: self.setting,
+            row,
+            stats: &image.stats,
+            stages,
+            total_ms,
+            errors,
+            reference_noise: self.truth.reference.noise_nmse2,
+            provenance: self.provenance,
+        };
+        let finished = Finished {
+            setting: self.setting.slug.clone(),
+            row: row.slug(),
+            fragments: row.fragments_slug(),
+            label: row.label(),
+            normalised_sse,
+            paper,
+            per_level: image.stats.fragments.per_level,
+            record: measured.record(),
+        };
+        self.write_pictures(running, &finished)?;
+        Ok(finished)
+    }
+
+    fn write_pictures(&self, running: &Running, finished: &Finished) -> Result<(), AblateError> {
+        let irradiance = &running.pipeline.image().irradiance;
+        let (image, reference) =
+            (self.truth.image(irradiance)?, self.truth.image(&self.truth.reference.irradiance)?);
+        let fault = |source| AblateError::Compare { row: finished.label.clone(), source };
+        let (width, height) = (image.width(), image.height());
+        let [picture, fragments, error, squared] =
+            PictureKind::ALL.map(|kind| self.folder.join(kind.file(finished)));
+        self.truth.write_picture(&picture, irradiance)?;
+        if !fragments.is_file() {
+            let map = picture::fragment_map(running.pipeline.fragments(), &self.truth.gbuffer);
+            write_png(&fragments, width, height, &map)?;
+        }
+        let map = picture::error(image, reference, self.experiment.error_scale).map_err(fault)?;
+        write_png(&error, width, height, &map)?;
+        if let Some(factor) = self.experiment.squared_error_factor {
+            let map = squared_error_picture(image, reference, factor).map_err(fault)?;
+            write_png(&squared, width, height, &map)?;
+        }
+        Ok(())
+    }
+}
+
+/// Renders frame 0 and returns its statistics: every repetition does the same work.
+fn render(row: &Row, pipeline: &mut Pipeline) -> Result<FrameStats, AblateError> {
+    pipeline.set_frame_index(0);
+    Ok(pipeline.render().map_err(|source| fault(row, source))?.stats.clone())
+}
+
+fn fault(row: &Row, source: halflight_cpu::pipeline::PipelineError) -> AblateError {
+    AblateError::Pipeline { row: row.label(), source }
+}

@@ -1,0 +1,53 @@
+//! Medians of repeated frames.
+
+use halflight_core::stats::{FrameStats, StageTimes};
+
+/// The median; the mean of the middle two of an even number; 0 of none.
+pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    match values.len() {
+        0 => 0.0,
+        length if length % 2 == 1 => values[middle],
+        _ => 0.5 * (values[middle - 1] + values[middle]),
+    }
+}
+
+/// Medians of every stage and of the total, each on its own, in ms rounded to 0.1 µs.
+pub(crate) fn medians(frames: &[FrameStats]) -> (StageTimes, f64) {
+    let of = |time: fn(&FrameStats) -> f64| (median(frames.iter().map(time)) * 1e4).round() / 1e4;
+    let stages = StageTimes {
+        gbuffer: of(|frame| frame.stages_ms.gbuffer),
+        pyramid: of(|frame| frame.stages_ms.pyramid),
+        refine: of(|frame| frame.stages_ms.refine),
+        visibility: of(|frame| frame.stages_ms.visibility),
+        irradiance: of(|frame| frame.stages_ms.irradiance),
+        upsample: of(|frame| frame.stages_ms.upsample),
+        compose: of(|frame| frame.stages_ms.compose),
+    };
+    (stages, of(|frame| frame.total_ms))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn medians_of_odd_even_and_no_numbers() {
+        assert_eq!(median([3.0, 1.0, 100.0]), 3.0);
+        assert_eq!(median([4.0, 1.0, 2.0, 100.0]), 3.0);
+        assert_eq!(median([]), 0.0);
+    }
+
+    #[test]
+    fn stages_and_total_are_taken_apart() {
+        let frame = |refine: f64, total_ms: f64| FrameStats {
+            stages_ms: StageTimes { refine, ..StageTimes::default() },
+            total_ms,
+            ..FrameStats::default()
+        };
+        let (stages, total) = medians(&[frame(1.0, 9.0), frame(5.0, 7.0), frame(2.0, 30.0)]);
+        assert_eq!((stages.refine, total), (2.0, 9.0));
+    }
+}
