@@ -1,0 +1,276 @@
+//! The program as a user meets it: exit codes, messages, files.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+
+/// A folder of one test, empty, in which the program runs.
+struct Place(PathBuf);
+
+impl Place {
+    fn new(test: &str) -> Self {
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("program-{test}"));
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        Self(folder)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    fn files(&self) -> Vec<String> {
+        let files = fs::read_dir(&self.0).unwrap();
+        let mut names: Vec<String> =
+            files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    /// Runs the program with arguments separated by spaces.
+    fn run(&self, arguments: &str) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_halflight"));
+        command.args(arguments.split_whitespace()).current_dir(&self.0).output().unwrap()
+    }
+
+    /// Standard output of a run that must succeed.
+    fn good(&self, arguments: &str) -> String {
+        let output = self.run(arguments);
+        assert!(output.status.success(), "{arguments}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// Standard error of a run that must fail, without a panic.
+    fn bad(&self, arguments: &str) -> String {
+        let output = self.run(arguments);
+        let message = String::from_utf8(output.stderr).unwrap();
+        // 1 is our own error, 2 one of the command line; a panic is 101.
+        assert!(matches!(output.status.code(), Some(1 | 2)), "{arguments}: {:?} {message}", output.status);
+        assert!(message.starts_with("error: ") && !message.contains("panicked"), "{arguments}: {message}");
+        message
+    }
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn keys(value: &Value) -> Vec<&str> {
+    value.as_object().unwrap().keys().map(String::as_str).collect()
+}
+
+const SMALL: &str = "render contact --size 48x36";
+
+#[test]
+fn render_writes_what_it_is_asked_for_and_nothing_else() {
+    let place = Place::new("render");
+    place.good(&format!("{SMALL} --out a.exr --png a.png --fragment-map f.png --stats s.json"));
+    assert_eq!(place.files(), ["a.exr", "a.png", "f.png", "s.json"]);
+
+    let stats = json(&place.path("s.json"));
+    let mut names = keys(&stats);
+    names.sort_unstable();
+    assert_eq!(names, ["build_ms", "config", "fragments", "peak_bytes", "rays", "stages_ms", "total_ms"]);
+    assert_eq!(
+        (&stats["config"]["width"], &stats["config"]["refiner"]["name"]),
+        (&48.into(), &"sfvt-gass".into())
+    );
+    let mut stages = keys(&stats["stages_ms"]);
+    stages.sort_unstable();
+    assert_eq!(stages, ["compose", "gbuffer", "irradiance", "pyramid", "refine", "upsample", "visibility"]);
+    let mut rays = keys(&stats["rays"]);
+    rays.sort_unstable();
+    assert_eq!(rays, ["final", "refine", "skipped", "total"]);
+    let count = |key: &str| stats["rays"][key].as_u64().unwrap();
+    assert_eq!(count("total"), count("refine") + count("final"));
+    let levels = stats["fragments"]["per_level"].as_array().unwrap();
+    let total: u64 = levels.iter().map(|count| count.as_u64().unwrap()).sum();
+    assert_eq!(stats["fragments"]["total"].as_u64(), Some(total));
+    assert!(
+        total > 0 && stats["peak_bytes"].as_u64().unwrap() > 0 && stats["total_ms"].as_f64().unwrap() > 0.0
+    );
+
+    let image = halflight_lab::exr_file::read(&place.path("a.exr")).unwrap();
+    assert_eq!((image.width, image.height, image.channels.len()), (48, 36, 20));
+    assert_eq!(image.metadata["config"], stats["config"]);
+    assert_eq!(image.metadata["scene"], "contact");
+    // Some light arrives, all of it finite, and the level of every pixel that sees something is known.
+    let irradiance = image.layer("irradiance").unwrap();
+    assert!(irradiance.iter().all(|value| value.is_finite()) && irradiance.iter().any(|value| value.x > 0.0));
+    let (depth, level) = (image.plane("depth", "Z").unwrap(), image.plane("level", "Y").unwrap());
+    assert!(depth.iter().zip(level).all(|(depth, &level)| depth.is_finite() == (level >= 0.0)));
+}
+
+#[test]
+fn without_an_output_option_the_picture_gets_the_name_of_the_scene() {
+    let place = Place::new("default");
+    place.good(SMALL);
+    assert_eq!(place.files(), ["contact.png"]);
+}
+
+#[test]
+fn the_image_does_not_depend_on_the_threads_and_does_on_the_seed() {
+    let place = Place::new("threads");
+    for (threads, seed, name) in [(1, 0, "a.exr"), (3, 0, "b.exr"), (1, 1, "c.exr")] {
+        place.good(&format!("{SMALL} --threads {threads} --seed {seed} --out {name}"));
+    }
+    let channels = |name: &str| halflight_lab::exr_file::read(&place.path(name)).unwrap().channels;
+    assert!(channels("a.exr") == channels("b.exr"));
+    assert!(channels("a.exr") != channels("c.exr"));
+}
+
+#[test]
+fn a_configuration_is_printed_read_back_and_overridden() {
+    let place = Place::new("config");
+    let printed = place.good(
+        "render --refiner nichols --upsampler delaunay --shading sampled --samples 16 --pattern grid \
+         --sharing frame --seed 9 --size 48x36 --set refiner.visibility_threshold=0.25 --print-config",
+    );
+    for line in [
+        "width = 48",
+        "upsampler = \"delaunay\"",
+        "shading = \"sampled\"",
+        "seed = 9",
+        "name = \"nichols\"",
+        "visibility_threshold = 0.25",
+        "count = 16",
+        "kind = \"grid\"",
+        "sharing = \"frame\"",
+    ] {
+        assert!(printed.lines().any(|found| found == line), "{line} is not in\n{printed}");
+    }
+    fs::write(place.path("all.toml"), &printed).unwrap();
+    assert_eq!(place.good("render --config all.toml --print-config"), printed);
+    // A part is enough, in TOML or JSON; what a refiner's file says is kept where the option names the same refiner.
+    fs::write(place.path("part.json"), r#"{"refiner": {"name": "nichols", "interleaved": true}, "seed": 3}"#)
+        .unwrap();
+    let both = place.good("render --config part.json --refiner nichols --seed 4 --print-config");
+    assert!(both.contains("interleaved = true") && both.contains("seed = 4"), "{both}");
+    place.good("render contact --config all.toml --stats s.json");
+    assert_eq!(json(&place.path("s.json"))["config"]["refiner"]["visibility_threshold"], 0.25);
+}
+
+#[test]
+fn wrong_input_is_refused_in_words() {
+    let place = Place::new("wrong");
+    fs::write(place.path("bad.toml"), "seed = 1\n[refiner]\nname = \"sfvt-gass\"\ncoarse = 2\n").unwrap();
+    fs::write(place.path("torn.toml"), "seed = \n").unwrap();
+    fs::write(place.path("scene.toml"), "[camera]\neye = [0, 0, 0]\n").unwrap();
+    fs::write(place.path("text.exr"), "not an image").unwrap();
+    for (arguments, expected) in [
+        ("render nowhere", "no scene `nowhere`"),
+        ("render nowhere", "atrium, nave"),
+        ("render scene.toml", "scene.toml:1"),
+        ("render contact --size 0x10", "0x10 pixels"),
+        ("render contact --size big", "expected WIDTHxHEIGHT"),
+        ("render contact --samples 0", "1 to 4096"),
+        ("render contact --samples 5000", "5000 light samples"),
+        ("render contact --threads 0", "--threads"),
+        ("render contact --refiner best", "[possible values: nichols, sfvt-gass, full]"),
+        ("render contact --upsampler best", "rbf-robust"),
+        ("render contact --colour red", "'--colour'"),
+        ("render contact --exposure -1", "number above 0"),
+        ("render", "<SCENE>"),
+        ("render contact --config none.toml", "none.toml"),
+        ("render contact --config bad.toml", "bad.toml: unknown key coarse of refiner, expected one of"),
+        ("render contact --config torn.toml", "line 1"),
+        ("render contact --set seed=lots", "--set seed=lots: seed is \"lots\": "),
+        ("render contact --set refiner.name=best", "nichols, sfvt-gass, full"),
+        ("render contact --set refiner=full", "refiner is \"full\", expected a table"),
+        ("render contact --set seed", "expected KEY=VALUE"),
+        ("render contact --size 48x36 --png no/such/folder.png", "no/such/folder.png"),
+        ("info nowhere", "no scene `nowhere`"),
+        ("reference contact --samples 0 --out r.exr", "0 samples"),
+        ("reference contact", "--out"),
+        ("compare none.exr none.exr", "cannot read none.exr"),
+        ("compare text.exr text.exr", "text.exr is not a complete OpenEXR image"),
+        ("unknown", "unknown"),
+    ] {
+        let message = place.bad(arguments);
+        assert!(message.contains(expected), "{arguments}: {message}");
+    }
+    // Nothing was written on the way.
+    assert_eq!(place.files(), ["bad.toml", "scene.toml", "text.exr", "torn.toml"]);
+}
+
+#[test]
+fn compare_knows_equal_images_from_different_ones() {
+    let place = Place::new("compare");
+    place.good(&format!("{SMALL} --refiner full --out truth.exr"));
+    place.good(&format!("{SMALL} --refiner full --samples 4 --seed 1 --out noisy.exr"));
+    place.good("render contact --size 47x36 --out narrow.exr");
+    let errors = |arguments: &str| -> Value { serde_json::from_str(&place.good(arguments)).unwrap() };
+
+    let same = errors("compare truth.exr truth.exr --json");
+    let mut names = keys(&same);
+    names.sort_unstable();
+    assert_eq!(names, ["flip", "max", "nmse", "nmse2", "psnr", "relmse", "rmse", "sse", "ssim"]);
+    assert_eq!((&same["sse"], &same["psnr"], &same["ssim"]), (&0.0.into(), &Value::Null, &1.0.into()));
+    let noisy = errors("compare noisy.exr truth.exr --json --error-map error.png");
+    assert!(noisy["nmse2"].as_f64().unwrap() > 0.0 && noisy["ssim"].as_f64().unwrap() < 1.0);
+    assert!(place.path("error.png").is_file());
+    let table = place.good("compare noisy.exr truth.exr");
+    assert_eq!(table.lines().count(), 9, "{table}");
+    // Geometry is the same whatever the number of samples.
+    assert_eq!(errors("compare noisy.exr truth.exr --layer normal --json")["sse"], 0.0);
+
+    let message = place.bad("compare narrow.exr truth.exr");
+    assert!(message.contains("47×36 against 48×36"), "{message}");
+    let message = place.bad("compare noisy.exr truth.exr --layer specular");
+    assert!(message.contains("no layer `specular`") && message.contains("irradiance.R"), "{message}");
+}
+
+#[test]
+fn reference_says_its_noise_and_goes_on_where_it_was() {
+    let place = Place::new("reference");
+    place.good("reference contact --size 48x36 --samples 512 --out few.exr");
+    place.good("reference contact --size 48x36 --samples 1024 --out more.exr");
+    place.good("reference contact --size 48x36 --samples 1024 --cache other --out fresh.exr");
+    let read = |name: &str| halflight_lab::exr_file::read(&place.path(name)).unwrap();
+    let (few, more, fresh) = (read("few.exr"), read("more.exr"), read("fresh.exr"));
+    assert!(more.channels == fresh.channels && few.channels != more.channels);
+    assert_eq!(few.metadata["reference"]["samples"], 512);
+    let noise =
+        |file: &halflight_lab::exr_file::ExrFile| file.metadata["reference"]["noise_nmse2"].as_f64().unwrap();
+    assert!(noise(&few) > noise(&more) && noise(&more) > 0.0);
+    // An image of the pipeline can be set against it.
+    place.good(&format!("{SMALL} --out image.exr"));
+    place.good("compare image.exr more.exr");
+}
+
+#[test]
+fn scenes_info_help_and_completions_are_printed() {
+    let place = Place::new("print");
+    let scenes = place.good("scenes");
+    assert_eq!(scenes.lines().count(), halflight_scene::bundled().len());
+    // A name and what the scene's file says about it.
+    assert!(scenes.lines().all(|line| line.split_whitespace().count() >= 3), "{scenes}");
+    let info = place.good("info contact");
+    for word in ["triangles", "bounds", "light 0", "materials", "textures", "hierarchy", "warnings   0"] {
+        assert!(info.contains(word), "{word} is not in\n{info}");
+    }
+    assert!(place.good("--help").contains("Examples:"));
+    assert!(place.good("render --help").contains("SCENE.png"));
+    assert!(place.good("completions bash").contains("fragment-map"));
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let place = Place::new("pipe");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_halflight"))
+        .args(["completions", "zsh"])
+        .current_dir(&place.0)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(
+        output.status.success() && output.stderr.is_empty(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}

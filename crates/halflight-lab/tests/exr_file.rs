@@ -1,0 +1,170 @@
+//! Image files: what is written is read back, and what is no image is refused with a reason.
+
+use std::fs;
+use std::path::PathBuf;
+
+use glam::Vec3;
+use halflight_core::gbuffer::GBuffer;
+use halflight_lab::exr_file::{ExrFile, RGB, ReadError, XYZ, read};
+use serde_json::json;
+
+/// A folder of this test alone, empty.
+fn folder(test: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("exr-{test}"));
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// An image of odd size with every layer, infinite depths and a tiny value among its pixels.
+fn sample() -> ExrFile {
+    let (width, height) = (37, 21);
+    let mut gbuffer = GBuffer::default();
+    gbuffer.reset(width, height);
+    for pixel in 0..gbuffer.pixels() {
+        let value = pixel as f32;
+        gbuffer.albedo[pixel] = Vec3::new(0.1, 0.5, value / 1000.0);
+        gbuffer.normal[pixel] = Vec3::new(0.0, 1.0, -value);
+        gbuffer.position[pixel] = Vec3::new(value, -1e-30, 1e30);
+        if pixel % 5 != 0 {
+            gbuffer.depth[pixel] = value + 0.25;
+        }
+    }
+    let irradiance: Vec<Vec3> = (0..777).map(|pixel| Vec3::new(pixel as f32, 0.5, 3.0)).collect();
+    let metadata =
+        json!({ "scene": "Größe 漢字 \u{1f600} \"quoted\"", "config": { "width": 37 }, "commit": null });
+    let mut file = ExrFile::new(width, height, metadata);
+    file.add_light(&irradiance, &gbuffer.albedo);
+    file.add_vectors("visibility", RGB, &irradiance);
+    file.add_geometry(&gbuffer);
+    file.add_plane("level", "Y", vec![-1.0; 777]);
+    file
+}
+
+#[test]
+fn all_layers_and_the_metadata_come_back_bit_for_bit() {
+    let path = folder("round-trip").join("image.exr");
+    let written = sample();
+    written.write(&path).unwrap();
+    let back = read(&path).unwrap();
+    assert_eq!(back, ExrFile { path: path.clone(), ..written });
+    let names: Vec<&str> = back.channels.keys().map(String::as_str).collect();
+    assert_eq!(
+        names,
+        [
+            "albedo.B",
+            "albedo.G",
+            "albedo.R",
+            "depth.Z",
+            "irradiance.B",
+            "irradiance.G",
+            "irradiance.R",
+            "level.Y",
+            "normal.X",
+            "normal.Y",
+            "normal.Z",
+            "position.X",
+            "position.Y",
+            "position.Z",
+            "radiance.B",
+            "radiance.G",
+            "radiance.R",
+            "visibility.B",
+            "visibility.G",
+            "visibility.R",
+        ]
+    );
+    let radiance = back.vectors("radiance", RGB).unwrap();
+    assert_eq!(
+        radiance[9],
+        Vec3::new(9.0, 0.5, 3.0) * Vec3::new(0.1, 0.5, 0.009) * std::f32::consts::FRAC_1_PI
+    );
+    assert_eq!(back.layer("normal").unwrap(), back.vectors("normal", XYZ).unwrap());
+    assert_eq!(back.layer("level").unwrap()[0], Vec3::splat(-1.0));
+    // Nothing else is left in the folder: the temporary file has become the image.
+    assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+}
+
+#[test]
+fn equal_images_are_equal_files() {
+    let folder = folder("equal");
+    let (a, b) = (folder.join("a.exr"), folder.join("b.exr"));
+    sample().write(&a).unwrap();
+    sample().write(&b).unwrap();
+    assert!(fs::read(a).unwrap() == fs::read(b).unwrap());
+}
+
+#[test]
+fn files_that_others_wrote_in_several_parts_are_read_by_layer() {
+    use exr::prelude::*;
+    let path = folder("parts").join("parts.exr");
+    let part = |name: &str, value: f32| {
+        let channel = |name| AnyChannel::new(name, FlatSamples::F32(vec![value; 6]));
+        let channels = AnyChannels::sort(SmallVec::from_vec(vec![channel("R"), channel("G"), channel("B")]));
+        Layer::new((3, 2), LayerAttributes::named(name), Encoding::FAST_LOSSLESS, channels)
+    };
+    let layers: Layers<_> = SmallVec::from_vec(vec![part("irradiance", 2.0), part("albedo", 0.5)]);
+    let size = IntegerBounds::from_dimensions((3, 2));
+    Image::from_layers(ImageAttributes::new(size), layers).write().to_file(&path).unwrap();
+    let file = halflight_lab::exr_file::read(&path).unwrap();
+    assert_eq!(file.vectors("irradiance", RGB).unwrap(), [Vec3::splat(2.0); 6]);
+    assert_eq!(file.metadata, serde_json::Value::Null);
+}
+
+#[test]
+fn a_missing_layer_is_named_with_those_there_are() {
+    let path = folder("missing").join("image.exr");
+    let mut file = ExrFile::new(1, 1, json!(null));
+    file.add_plane("depth", "Z", vec![1.0]);
+    file.write(&path).unwrap();
+    let error = read(&path).unwrap().layer("irradiance").unwrap_err();
+    assert!(matches!(&error, ReadError::Layer { layer, .. } if layer == "irradiance"));
+    let message = error.to_string();
+    assert!(
+        message.ends_with("image.exr has no layer `irradiance` with channels R, G, B; it has depth.Z"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_channel_of_the_wrong_size_is_refused_and_nothing_is_written() {
+    let path = folder("size").join("image.exr");
+    let mut file = ExrFile::new(2, 2, json!(null));
+    file.add_plane("depth", "Z", vec![1.0; 3]);
+    assert_eq!(
+        file.write(&path).unwrap_err().source.to_string(),
+        "channel depth.Z has 3 values for 4 pixels"
+    );
+    assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 0);
+}
+
+#[test]
+fn foreign_and_missing_files_are_told_apart() {
+    let folder = folder("foreign");
+    assert!(matches!(read(&folder.join("none.exr")), Err(ReadError::Open { .. })));
+    let text = folder.join("text.exr");
+    fs::write(&text, "not an image").unwrap();
+    assert!(matches!(read(&text), Err(ReadError::Format { .. })));
+    fs::write(&text, "").unwrap();
+    assert!(matches!(read(&text), Err(ReadError::Format { .. })));
+}
+
+#[test]
+fn a_truncated_or_damaged_file_never_passes_for_the_image_and_never_panics() {
+    let folder = folder("damaged");
+    let path = folder.join("image.exr");
+    let whole = sample();
+    whole.write(&path).unwrap();
+    let bytes = fs::read(&path).unwrap();
+    for length in (0..bytes.len()).step_by(bytes.len() / 97).chain([bytes.len() - 1]) {
+        fs::write(&path, &bytes[..length]).unwrap();
+        assert!(matches!(read(&path), Err(ReadError::Format { .. })), "cut off after {length} bytes");
+    }
+    // A flipped bit may go unnoticed in a pixel, but must not bring the program down.
+    for place in (0..bytes.len()).step_by(bytes.len() / 199) {
+        let mut damaged = bytes.clone();
+        damaged[place] ^= 0x55;
+        fs::write(&path, &damaged).unwrap();
+        let _ = read(&path);
+    }
+}

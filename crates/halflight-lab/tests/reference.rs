@@ -1,0 +1,192 @@
+//! References: the truth where it is known, less noise with more samples, and stopped runs that go on.
+
+use std::fs;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::Vec3;
+use halflight_core::gbuffer::GBuffer;
+use halflight_core::light::AreaLight;
+use halflight_core::scene::Scene;
+use halflight_cpu::bvh::Bvh;
+use halflight_cpu::gbuffer;
+use halflight_cpu::unshadowed::unshadowed;
+use halflight_lab::reference::{PASS, Reference, ReferenceConfig, ReferenceError, reference};
+
+const SIZE: (u32, u32) = (48, 36);
+
+fn folder(test: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("reference-{test}"));
+    let _ = fs::remove_dir_all(&folder);
+    folder
+}
+
+fn scene(name: &str) -> (Arc<Scene>, Arc<Bvh>) {
+    let scene = halflight_scene::load_bundled(name).unwrap().scene;
+    let bvh = Bvh::build(&scene.mesh).unwrap();
+    (Arc::new(scene), Arc::new(bvh))
+}
+
+fn config(samples: u32) -> ReferenceConfig {
+    ReferenceConfig { width: SIZE.0, height: SIZE.1, samples, ..ReferenceConfig::default() }
+}
+
+fn uncached(name: &str, samples: u32) -> Reference {
+    let (scene, bvh) = scene(name);
+    reference(&scene, &bvh, &config(samples), None, &mut |_, _| {}).unwrap()
+}
+
+#[test]
+fn open_floor_is_the_analytic_irradiance_without_noise() {
+    let (scene, bvh) = scene("open-floor");
+    let found = reference(&scene, &bvh, &config(1), None, &mut |_, _| {}).unwrap();
+    let mut seen = GBuffer::default();
+    gbuffer::trace(&bvh, &scene, SIZE.0, SIZE.1, &mut seen);
+    let expected: Vec<Vec3> = (0..seen.pixels())
+        .map(|pixel| {
+            let Some(receiver) = seen.receiver(pixel) else { return Vec3::ZERO };
+            let lights = scene.lights.iter();
+            lights.map(|light| light.radiance * unshadowed(light, receiver.origin, receiver.normal)).sum()
+        })
+        .collect();
+    // Nothing is occluded: ΣgV and Σg are the same number, so the fraction is 1 and no rounding is left.
+    assert_eq!(found.irradiance, expected);
+    assert_eq!((found.noise_nmse2, found.samples), (0.0, 2 * PASS));
+}
+
+#[test]
+fn a_stopped_reference_goes_on_bit_for_bit() {
+    let (scene, bvh) = scene("contact");
+    let folder = folder("stopped");
+    // Stopped the hard way, after six of eight passes; the state was last saved after four.
+    let stopped = std::panic::catch_unwind(|| {
+        reference(&scene, &bvh, &config(8 * PASS), Some(&folder), &mut |done, _| {
+            assert!(done < 6 * PASS, "stopped on purpose");
+        })
+    });
+    assert!(stopped.is_err());
+    let mut calls = Vec::new();
+    let whole = reference(&scene, &bvh, &config(8 * PASS), Some(&folder), &mut |done, total| {
+        calls.push((done / PASS, total / PASS));
+    });
+    assert_eq!(calls, [(4, 8), (5, 8), (6, 8), (7, 8), (8, 8)]);
+    assert_eq!(whole.unwrap(), uncached("contact", 8 * PASS));
+}
+
+#[test]
+fn more_samples_continue_and_fewer_are_answered_from_the_cache() {
+    let (scene, bvh) = scene("contact");
+    let folder = folder("continued");
+    let start = |samples| {
+        let mut first = None;
+        let found = reference(&scene, &bvh, &config(samples), Some(&folder), &mut |done, _| {
+            first.get_or_insert(done);
+        });
+        (first.unwrap() / PASS, found.unwrap())
+    };
+    let (from, few) = start(2 * PASS);
+    assert_eq!((from, few.samples), (0, 2 * PASS));
+    let (from, more) = start(6 * PASS);
+    assert_eq!(from, 2);
+    assert_eq!(more, uncached("contact", 6 * PASS));
+    let (_, again) = start(2 * PASS);
+    assert_eq!(again, more);
+}
+
+#[test]
+fn noise_falls_with_samples_and_is_what_another_seed_shows() {
+    let (few, many) = (uncached("contact", 2 * PASS), uncached("contact", 8 * PASS));
+    // Four times the passes leave a quarter of the variance. Each estimate is a sum over the few hundred pixels of the
+    // penumbra and uncertain by some ten per cent; between 2.5 and 6.5 lies well outside that.
+    let ratio = few.noise_nmse2 / many.noise_nmse2;
+    assert!((2.5..6.5).contains(&ratio), "{ratio}");
+    // The estimate is true: two references of different seeds differ by twice the noise of one.
+    let (scene, bvh) = scene("contact");
+    let other = ReferenceConfig { seed: 7, ..config(2 * PASS) };
+    let other = reference(&scene, &bvh, &other, None, &mut |_, _| {}).unwrap();
+    let squares = |a: &[Vec3], b: &[Vec3]| -> f64 {
+        a.iter().zip(b).map(|(a, b)| f64::from((*a - *b).length_squared())).sum()
+    };
+    let zero = vec![Vec3::ZERO; few.irradiance.len()];
+    let difference = squares(&few.irradiance, &other.irradiance) / squares(&few.irradiance, &zero);
+    let expected = few.noise_nmse2 + other.noise_nmse2;
+    // Both sides are such sums again.
+    assert!((0.6..1.6).contains(&(difference / expected)), "{difference:e}, {expected:e} expected");
+}
+
+#[test]
+fn several_lights_add_up() {
+    let (one, bvh) = scene("contact");
+    let mut both = Scene::clone(&one);
+    let light = both.lights[0];
+    both.lights.push(AreaLight { corner: light.corner + Vec3::new(1.0, 0.0, 0.5), ..light });
+    let mut second = both.clone();
+    second.lights.remove(0);
+    let mean = |scene: &Arc<Scene>| {
+        let found = reference(scene, &bvh, &config(4 * PASS), None, &mut |_, _| {}).unwrap();
+        found.irradiance.iter().map(|value| value.as_dvec3()).sum::<glam::DVec3>().x
+    };
+    let (sum, whole) = (mean(&one) + mean(&Arc::new(second)), mean(&Arc::new(both)));
+    // The second light has other random samples when it comes second: its noise, averaged over all pixels, is left.
+    assert!((sum / whole - 1.0).abs() < 1e-4, "{sum} {whole}");
+}
+
+#[test]
+fn another_scene_size_or_seed_has_a_state_of_its_own() {
+    let folder = folder("keys");
+    let run = |scene: &Arc<Scene>, bvh: &Arc<Bvh>, config: &ReferenceConfig| {
+        let mut first = None;
+        reference(scene, bvh, config, Some(&folder), &mut |done, _| {
+            first.get_or_insert(done);
+        })
+        .unwrap();
+        assert_eq!(first, Some(0), "a state was taken over from another image");
+    };
+    let (contact, bvh) = scene("contact");
+    let base = config(1);
+    run(&contact, &bvh, &base);
+    run(&contact, &bvh, &ReferenceConfig { width: 47, ..base });
+    run(&contact, &bvh, &ReferenceConfig { seed: 1, ..base });
+    let mut moved = Scene::clone(&contact);
+    moved.camera.eye.x += 1e-3;
+    run(&Arc::new(moved), &bvh, &base);
+    let mut brighter = Scene::clone(&contact);
+    brighter.lights[0].radiance.z *= 2.0;
+    run(&Arc::new(brighter), &bvh, &base);
+    let mut other = Scene::clone(&contact);
+    other.mesh.positions[0].y += 1e-3;
+    let other_bvh = Arc::new(Bvh::build(&other.mesh).unwrap());
+    run(&Arc::new(other), &other_bvh, &base);
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 6);
+}
+
+#[test]
+fn a_damaged_state_is_refused_by_name() {
+    let (scene, bvh) = scene("contact");
+    let folder = folder("damaged");
+    let run = || reference(&scene, &bvh, &config(1), Some(&folder), &mut |_, _| {});
+    run().unwrap();
+    let path = fs::read_dir(&folder).unwrap().next().unwrap().unwrap().path();
+    let bytes = fs::read(&path).unwrap();
+    let mut flipped = bytes.clone();
+    flipped[bytes.len() / 2] ^= 1;
+    for damaged in [&bytes[..bytes.len() - 8], &bytes[..20], &[], &flipped] {
+        fs::write(&path, damaged).unwrap();
+        let error = run().unwrap_err();
+        assert!(matches!(&error, ReferenceError::State { path: found, .. } if *found == path), "{error}");
+    }
+    fs::write(&path, &bytes).unwrap();
+    assert!(run().is_ok());
+}
+
+#[test]
+fn what_cannot_be_rendered_is_refused() {
+    let (scene, bvh) = scene("contact");
+    let fault = |config| reference(&scene, &bvh, &config, None, &mut |_, _| {}).unwrap_err();
+    assert!(matches!(fault(config(0)), ReferenceError::Samples(0)));
+    assert!(matches!(fault(ReferenceConfig { width: 0, ..config(1) }), ReferenceError::Pipeline(_)));
+    let mut away = Scene::clone(&scene);
+    away.camera.target = away.camera.eye + Vec3::new(0.0, 1.0, 0.1);
+    let error = reference(&Arc::new(away), &bvh, &config(1), None, &mut |_, _| {}).unwrap_err();
+    assert!(matches!(error, ReferenceError::Noise(_)), "{error}");
+}
