@@ -46,8 +46,32 @@ impl Cell {
     pub fn pixels(&self, width: u32, height: u32) -> (u32, u32, u32, u32) {
         let size = 1u32 << self.level;
         let (x, y) = (u32::from(self.x) << self.level, u32::from(self.y) << self.level);
-        (x, y, (x + size).min(width), (y + size).min(height))
+        (x.min(width), y.min(height), (x + size).min(width), (y + size).min(height))
     }
+}
+
+/// What is wrong with a refiner's fragments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FragmentError {
+    /// A sample's pixel or place lies outside the image.
+    #[error("the refiner's sample {sample} lies outside the image")]
+    Pixel {
+        /// Index of the sample.
+        sample: usize,
+    },
+    /// A sample refers to queries that were not asked.
+    #[error("the refiner's sample {sample} refers to queries that do not exist")]
+    Query {
+        /// Index of the sample.
+        sample: usize,
+    },
+    /// A cell is too large or refers to samples that do not exist.
+    #[error("the refiner's cell {cell} has no such level or refers to samples that do not exist")]
+    Cell {
+        /// Index of the cell.
+        cell: usize,
+    },
 }
 
 /// Fragments of one light in one frame. Reused from frame to frame: nothing is freed.
@@ -107,6 +131,33 @@ impl Fragments {
         let first = self.cell_samples.len() as u32;
         self.cell_samples.extend_from_slice(samples);
         self.cells.push(Cell { x: x as u16, y: y as u16, level, count: samples.len() as u8, first });
+    }
+
+    /// Checks that samples and cells refer to pixels, queries and samples that exist, so that the stages that follow a
+    /// refiner from outside need not.
+    ///
+    /// # Errors
+    /// The first fault found.
+    pub fn validate(&self) -> Result<(), FragmentError> {
+        let pixels = self.width as usize * self.height as usize;
+        for (index, sample) in self.samples.iter().enumerate() {
+            let queries =
+                || self.batches[..self.used].get(usize::from(sample.batch)).map_or(0, MaskBatch::len);
+            let last = sample.first as usize + usize::from(sample.probes);
+            if sample.pixel as usize >= pixels || !(sample.x.is_finite() && sample.y.is_finite()) {
+                return Err(FragmentError::Pixel { sample: index });
+            }
+            if sample.probes > 0 && last > queries() {
+                return Err(FragmentError::Query { sample: index });
+            }
+        }
+        for (index, cell) in self.cells.iter().enumerate() {
+            let known = |&sample: &u32| (sample as usize) < self.samples.len();
+            if usize::from(cell.level) >= LEVELS || !self.cell_samples(cell).iter().all(known) {
+                return Err(FragmentError::Cell { cell: index });
+            }
+        }
+        Ok(())
     }
 
     /// Image width in pixels.
@@ -183,10 +234,28 @@ mod tests {
         let shared = fragments.push_sample(sample);
         fragments.push_cell(2, 0, 0, &[shared]);
         fragments.push_cell(2, 1, 0, &[shared]);
+        fragments.push_cell(2, 9, 9, &[shared]);
         let mut owners = Vec::new();
         fragments.owners(&mut owners);
         assert_eq!(owners, [0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
         assert_eq!(fragments.cell_samples(&fragments.cells()[1]), [shared]);
         assert_eq!(fragments.per_level()[2], 1);
+    }
+
+    #[test]
+    fn faults_of_a_refiner_are_found() {
+        let sample = Sample { x: 2.0, y: 2.0, pixel: 0, level: 2, probes: 0, batch: 0, first: 0 };
+        let check = |sample: Sample, cell: &[u32]| {
+            let mut fragments = Fragments::default();
+            fragments.reset(5, 3, 0);
+            fragments.push_sample(sample);
+            fragments.push_cell(2, 0, 0, cell);
+            fragments.validate()
+        };
+        assert_eq!(check(sample, &[0]), Ok(()));
+        assert_eq!(check(Sample { pixel: 15, ..sample }, &[0]), Err(FragmentError::Pixel { sample: 0 }));
+        assert_eq!(check(Sample { x: f32::NAN, ..sample }, &[0]), Err(FragmentError::Pixel { sample: 0 }));
+        assert_eq!(check(Sample { probes: 1, ..sample }, &[0]), Err(FragmentError::Query { sample: 0 }));
+        assert_eq!(check(sample, &[1]), Err(FragmentError::Cell { cell: 0 }));
     }
 }

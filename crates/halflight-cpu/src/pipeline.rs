@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::Vec3;
-use halflight_core::fragment::Fragments;
+use halflight_core::fragment::{FragmentError, Fragments};
 use halflight_core::frame::{Frame, LightSampling};
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::light::{AreaLight, LightError};
@@ -55,6 +55,9 @@ pub enum PipelineError {
     /// The stages do not fit together.
     #[error(transparent)]
     Unsupported(#[from] Unsupported),
+    /// The refiner's fragments refer to what does not exist.
+    #[error(transparent)]
+    Fragments(#[from] FragmentError),
     /// Worker threads could not be started.
     #[error("worker threads could not be started: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -167,7 +170,8 @@ impl PipelineBuilder {
             Some(threads) => Some(rayon::ThreadPoolBuilder::new().num_threads(threads).build()?),
             None => None,
         };
-        let state = State { builder: self, pattern, index: 0, buffers: Buffers::default(), image: Image::default() };
+        let state =
+            State { builder: self, pattern, index: 0, buffers: Buffers::default(), image: Image::default() };
         Ok(Pipeline { state, pool })
     }
 }
@@ -332,13 +336,15 @@ impl State {
         }
         for (number, light) in (0..).zip(&scene.lights) {
             clock = Instant::now();
-            let mut watched = Watched { inner: visibility.as_mut(), light, rays: &mut stats.rays, ms: 0.0, refusal: None };
+            let mut watched =
+                Watched { inner: visibility.as_mut(), light, rays: &mut stats.rays, ms: 0.0, refusal: None };
             buffers.fragments.reset(width, height, number);
             refiner.refine(&frame, number, &mut watched, &mut buffers.fragments);
             let (traced_ms, refusal) = (watched.ms, watched.refusal);
             if let Some(refusal) = refusal {
                 return Err(refusal.into());
             }
+            buffers.fragments.validate()?;
             stats.stages_ms.visibility += traced_ms;
             stats.stages_ms.refine += lap(&mut clock) - traced_ms;
 
@@ -349,7 +355,14 @@ impl State {
 
             let totals = builder.layers.then_some(&mut buffers.totals);
             let shading = builder.shading;
-            compose::add_light(&buffers.gbuffer, light, shading, &buffers.plane, &mut image.irradiance, totals);
+            compose::add_light(
+                &buffers.gbuffer,
+                light,
+                shading,
+                &buffers.plane,
+                &mut image.irradiance,
+                totals,
+            );
             stats.stages_ms.compose += lap(&mut clock);
             for (total, count) in stats.fragments.per_level.iter_mut().zip(buffers.fragments.per_level()) {
                 *total += count;
@@ -363,7 +376,9 @@ impl State {
         if builder.layers {
             let totals = buffers.totals.unshadowed.iter().zip(&buffers.totals.visible);
             image.visibility.clear();
-            image.visibility.extend(totals.map(|(&all, &visible)| if all > 0.0 { visible / all } else { 0.0 }));
+            image
+                .visibility
+                .extend(totals.map(|(&all, &visible)| if all > 0.0 { visible / all } else { 0.0 }));
         }
         stats.fragments.total = stats.fragments.per_level.iter().sum();
         stats.rays.total = stats.rays.refine + stats.rays.last;

@@ -251,7 +251,8 @@ impl SfvtGass {
                         {
                             if px < rect.x1
                                 && py < rect.y1
-                                && let Some(sample) = self.final_sample(frame, finals, frame.gbuffer.index(px, py))
+                                && let Some(sample) =
+                                    self.final_sample(frame, finals, frame.gbuffer.index(px, py))
                             {
                                 samples[count] = fragments.push_sample(sample);
                                 count += 1;
