@@ -176,3 +176,136 @@ impl Kernel for Band<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use halflight_core::scene::Material;
+
+    use super::*;
+    use crate::bvh::tests::meshes::{hall, lamp, scene, soup};
+
+    fn hall_scene() -> Scene {
+        let camera = Camera {
+            eye: Vec3::new(3.0, 1.7, 15.0),
+            target: Vec3::new(4.5, 1.5, 4.0),
+            up: Vec3::Y,
+            fov_y_deg: 60.0,
+        };
+        Scene { camera, ..scene(&hall(), lamp(Vec3::new(4.0, 3.8, 8.0), 1.5)) }
+    }
+
+    fn traced(scene: &Scene, width: u32, height: u32, isa: Isa) -> GBuffer {
+        let mut out = GBuffer::default();
+        trace_with(isa, &Bvh::build(&scene.mesh).unwrap(), scene, width, height, &mut out);
+        out
+    }
+
+    /// Distance along `d` to a triangle grown by `slack` of its size, in double precision.
+    fn distance([a, b, c]: [Vec3; 3], origin: Vec3, d: Vec3, slack: f64) -> Option<f64> {
+        let [a, b, c, origin, d] = [a, b, c, origin, d].map(Vec3::as_dvec3);
+        let (u, v) = (b - a, c - a);
+        let determinant = u.dot(d.cross(v));
+        let from = origin - a;
+        let (s, t) = (from.dot(d.cross(v)) / determinant, d.dot(from.cross(u)) / determinant);
+        let along = v.dot(from.cross(u)) / determinant;
+        (s >= -slack && t >= -slack && s + t <= 1.0 + slack && along > 0.0).then_some(along)
+    }
+
+    #[test]
+    fn finds_what_brute_force_finds_on_every_instruction_set() {
+        let scene = hall_scene();
+        let (width, height) = (41, 29);
+        let view = View::new(&scene.camera, width, height);
+        let expected = traced(&scene, width, height, Isa::BASELINE);
+        for pixel in 0..expected.pixels() {
+            let d = view.direction(pixel % width as usize, pixel / width as usize);
+            let all = |slack: f64| {
+                let mesh = &scene.mesh;
+                let hit = move |t| distance(mesh.corners(t), scene.camera.eye, d, slack);
+                (0..mesh.triangle_count()).filter_map(hit)
+            };
+            let depth = f64::from(expected.depth[pixel]);
+            // The hall is closed, 16 long, and single precision has 24 bits: a hundred of its units.
+            let tolerance = 16.0 * 100.0 / f64::from(1 << 24);
+            assert!(depth < all(0.0).fold(f64::INFINITY, f64::min) + tolerance, "pixel {pixel}");
+            // At an outline, what the ray passes within rounding counts as well.
+            assert!(all(1e-4).any(|t| (t - depth).abs() < tolerance), "pixel {pixel}");
+            let along = scene.camera.eye + d * expected.depth[pixel];
+            assert!(f64::from((along - expected.position[pixel]).length()) < tolerance, "pixel {pixel}");
+            let normal = expected.normal[pixel];
+            assert!((normal.length() - 1.0).abs() < 1e-6 && normal.dot(d) < 0.0, "pixel {pixel}");
+        }
+        for isa in Isa::available() {
+            let found = traced(&scene, width, height, isa);
+            assert_eq!(found.primitive, expected.primitive, "{isa:?}");
+            assert_eq!(found.depth, expected.depth, "{isa:?}");
+            assert_eq!(found.position, expected.position, "{isa:?}");
+        }
+    }
+
+    #[test]
+    fn pixel_centres_do_not_depend_on_what_surrounds_them() {
+        // The middle pixel of odd sizes looks straight ahead, whatever tiles it lies in.
+        let scene = hall_scene();
+        let isa = Isa::best();
+        let straight = traced(&scene, 1, 1, isa);
+        assert!(straight.is_receiver(0));
+        for (width, height) in [(1, 1), (1, 17), (9, 1), (127, 129)] {
+            let out = traced(&scene, width, height, isa);
+            let middle = out.index(width / 2, height / 2);
+            assert_eq!(out.primitive[middle], straight.primitive[0], "{width}x{height}");
+            assert!((out.depth[middle] - straight.depth[0]).abs() < 1e-4, "{width}x{height}");
+            assert_eq!(out.pixels(), (width * height) as usize);
+            assert!(out.position.iter().chain(&out.normal).chain(&out.albedo).all(|v| v.is_finite()));
+        }
+    }
+
+    #[test]
+    fn pixels_that_see_nothing_are_cleared() {
+        let mut out = traced(&hall_scene(), 20, 20, Isa::best());
+        assert!(out.primitive.iter().all(|&triangle| triangle != NO_PRIMITIVE));
+        let empty = Scene { camera: hall_scene().camera, ..scene(&[], lamp(Vec3::Y, 1.0)) };
+        trace(&Bvh::build(&empty.mesh).unwrap(), &empty, 20, 20, &mut out);
+        assert!(out.primitive.iter().all(|&triangle| triangle == NO_PRIMITIVE));
+        assert!(out.depth.iter().all(|&depth| depth == f32::INFINITY));
+        assert!(out.position.iter().chain(&out.normal).chain(&out.albedo).all(|&v| v == Vec3::ZERO));
+        assert_eq!(out.scene_size, 0.0);
+    }
+
+    #[test]
+    fn cameras_without_a_direction_are_no_trouble() {
+        let mut scene = scene(&soup(100, 0.3), lamp(Vec3::Y, 1.0));
+        for (target, up) in [(Vec3::ZERO, Vec3::Z), (Vec3::Z, Vec3::Y)] {
+            scene.camera = Camera { eye: Vec3::Z, target, up, fov_y_deg: 90.0 };
+            let out = traced(&scene, 16, 16, Isa::best());
+            assert!(out.depth.iter().all(|depth| !depth.is_nan()));
+            assert!(out.normal.iter().all(|normal| normal.is_finite()));
+        }
+    }
+
+    #[test]
+    fn textures_repeat_and_have_their_origin_below() {
+        let texels = vec![Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE];
+        let texture = Texture { width: 2, height: 2, texels };
+        // Texel centres: the first texel is the upper left one.
+        for (u, v, expected) in [(0.25, 0.75, Vec3::X), (0.75, 0.75, Vec3::Y), (0.25, 0.25, Vec3::Z)] {
+            for shift in [-3.0, 0.0, 1.0, 8.0] {
+                assert_eq!(bilinear(&texture, Vec2::new(u + shift, v - shift)), expected, "{u} {v} {shift}");
+            }
+        }
+        // Between all four, inside and across the border.
+        let mean = (Vec3::X + Vec3::Y + Vec3::Z + Vec3::ONE) / 4.0;
+        assert_eq!(bilinear(&texture, Vec2::new(0.5, 0.5)), mean);
+        assert_eq!(bilinear(&texture, Vec2::new(0.0, 1.0)), mean);
+        assert!(bilinear(&texture, Vec2::new(f32::INFINITY, 0.2)).is_finite());
+    }
+
+    #[test]
+    fn albedo_is_the_material_times_the_texture() {
+        let mut scene = hall_scene();
+        scene.mesh.materials = vec![Material { albedo: Vec3::new(0.5, 1.0, 0.25), texture: Some(0) }];
+        scene.mesh.textures = vec![Texture { width: 1, height: 1, texels: vec![Vec3::new(0.5, 0.5, 1.0)] }];
+        let out = traced(&scene, 4, 4, Isa::best());
+        assert!(out.albedo.iter().all(|&albedo| albedo == Vec3::new(0.25, 0.5, 0.25)));
+    }
+}

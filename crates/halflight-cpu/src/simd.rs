@@ -30,6 +30,7 @@ pub(crate) trait Lanes: Copy {
     fn min(self, other: Self) -> Self;
     /// `self > other ? self : other`.
     fn max(self, other: Self) -> Self;
+    fn abs(self) -> Self;
     /// Flips the sign bit of `self` where that of `signs` is set.
     fn flip(self, signs: Self) -> Self;
     /// Lanes of `other` where `mask` has a bit, of `self` elsewhere.
@@ -139,6 +140,7 @@ mod tests {
                 };
                 store(a.min(b));
                 store(a.max(b));
+                store(a.abs());
                 store(a.flip(b));
                 store(a.select(0b1001_0110_0101_1010 >> half & L::ALL, b));
                 // NaN of 0/0 and ∞−∞ has no fixed sign bit: only defined results are compared.

@@ -8,10 +8,10 @@
 use glam::Vec3;
 
 use super::facet::Facets;
-use super::layout::{Block, Child, boxes};
+use super::layout::{Block, Child};
 use super::slab::{Shaft, enters, inverse};
 use super::vector::Vector;
-use super::{Bvh, STACK, push_near_last, push_sorted};
+use super::{Bvh, STACK, exact, push_near_last, push_sorted};
 use crate::simd::{Lanes, Simd};
 
 /// Rays of a bundle.
@@ -41,6 +41,8 @@ impl Stacks {
 pub(crate) struct Bundle {
     origin: Vec3,
     count: usize,
+    /// Where shadow rays end.
+    ends: [[f32; RAYS]; 3],
     d: [[f32; RAYS]; 3],
     inverse: [[f32; RAYS]; 3],
     low: Vec3,
@@ -55,11 +57,64 @@ pub(crate) struct Hits {
     pub(crate) triangle: [u32; RAYS],
 }
 
-/// Planes of eight triangles, for picking single ones: three edges, face, each three arrays; then the distance.
+/// [`Facets`] in memory, to pick one triangle at a time.
 struct Planes {
     edges: [[[f32; 8]; 3]; 3],
     face: [[f32; 8]; 3],
     distance: [f32; 8],
+    edge_error: [f32; 8],
+    face_error: [f32; 8],
+}
+
+impl Planes {
+    fn new() -> Self {
+        Self {
+            edges: [[[0.0; 8]; 3]; 3],
+            face: [[0.0; 8]; 3],
+            distance: [0.0; 8],
+            edge_error: [0.0; 8],
+            face_error: [0.0; 8],
+        }
+    }
+
+    #[inline(always)]
+    fn set<L: Lanes>(&mut self, facets: &Facets<L>) {
+        facets.edges[0].store(&mut self.edges[0], 0);
+        facets.edges[1].store(&mut self.edges[1], 0);
+        facets.edges[2].store(&mut self.edges[2], 0);
+        facets.face.store(&mut self.face, 0);
+        facets.distance.store(&mut self.distance);
+        facets.edge_error.store(&mut self.edge_error);
+        facets.face_error.store(&mut self.face_error);
+    }
+
+    /// Sets up a block and returns the triangles in it that the bundle may meet, at t < 1 where `near`.
+    #[inline(always)]
+    fn within<S: Simd>(&mut self, block: &Block, bundle: &Bundle, shaft: &Shaft, near: bool) -> u32 {
+        let facets =
+            Facets::<S::Eight>::new(block, Vector::splat(bundle.origin), Vector::splat(shaft.reach()));
+        let within = shaft.meets(&facets, near) & block.occupied();
+        if within != 0 {
+            self.set(&facets);
+        }
+        within
+    }
+
+    /// One triangle in all lanes.
+    #[inline(always)]
+    fn facet<L: Lanes>(&self, lane: usize) -> Facets<L> {
+        Facets {
+            edges: [
+                Vector::broadcast(&self.edges[0], lane),
+                Vector::broadcast(&self.edges[1], lane),
+                Vector::broadcast(&self.edges[2], lane),
+            ],
+            face: Vector::broadcast(&self.face, lane),
+            distance: L::splat(self.distance[lane]),
+            edge_error: L::splat(self.edge_error[lane]),
+            face_error: L::splat(self.face_error[lane]),
+        }
+    }
 }
 
 impl Bundle {
@@ -67,6 +122,7 @@ impl Bundle {
         Self {
             origin: Vec3::ZERO,
             count: 0,
+            ends: [[0.0; RAYS]; 3],
             d: [[0.0; RAYS]; 3],
             inverse: [[0.0; RAYS]; 3],
             low: Vec3::ZERO,
@@ -86,7 +142,7 @@ impl Bundle {
         self.count
     }
 
-    /// Adds a ray unless there are 64.
+    /// Adds a ray along `d` unless there are 64.
     #[inline(always)]
     pub(crate) fn push(&mut self, d: Vec3) {
         if self.count < RAYS {
@@ -97,10 +153,27 @@ impl Bundle {
         }
     }
 
+    /// Adds a shadow ray that stops at `end` unless there are 64.
+    #[inline(always)]
+    pub(super) fn push_end(&mut self, end: Vec3) {
+        if self.count < RAYS {
+            for axis in 0..3 {
+                self.ends[axis][self.count] = end[axis];
+            }
+        }
+        self.push(end - self.origin);
+    }
+
     /// The direction of a ray.
     #[inline(always)]
     pub(crate) fn direction(&self, ray: usize) -> Vec3 {
         Vec3::new(self.d[0][ray], self.d[1][ray], self.d[2][ray])
+    }
+
+    /// The end of a shadow ray.
+    #[inline(always)]
+    pub(super) fn end(&self, ray: usize) -> Vec3 {
+        Vec3::new(self.ends[0][ray], self.ends[1][ray], self.ends[2][ray])
     }
 
     #[inline(always)]
@@ -170,10 +243,17 @@ impl Bvh {
                         let node = &self.nodes[index as usize];
                         let (low, high) = node.bounds::<S::Eight>();
                         let (mask, enter) = shaft.enters(low, high, 1.0);
-                        waiting = push_near_last(node, mask & node.occupied(), enter, &mut stacks.whole, waiting);
+                        waiting =
+                            push_near_last(node, mask & node.occupied(), enter, &mut stacks.whole, waiting);
                     }
                     Child::Block(index) => {
-                        alive = self.shadow_block::<S>(&self.blocks[index as usize], bundle, &shaft, alive, alive);
+                        alive = self.shadow_block::<S>(
+                            &self.blocks[index as usize],
+                            bundle,
+                            &shaft,
+                            alive,
+                            alive,
+                        );
                     }
                 }
             }
@@ -187,7 +267,14 @@ impl Bvh {
     /// The rays out of `alive` that everything under `root` leaves, when it is too dense for the bundle as a whole: every
     /// ray has its own box tests, and rays that are left nearly alone go on by themselves.
     #[inline(always)]
-    fn split<S: Simd>(&self, root: u32, bundle: &Bundle, shaft: &Shaft, mut alive: u64, stacks: &mut Stacks) -> u64 {
+    fn split<S: Simd>(
+        &self,
+        root: u32,
+        bundle: &Bundle,
+        shaft: &Shaft,
+        mut alive: u64,
+        stacks: &mut Stacks,
+    ) -> u64 {
         let width = S::Wide::WIDTH;
         let origin = Vector::<S::Wide>::splat(bundle.origin);
         let end = S::Wide::splat(1.0);
@@ -204,7 +291,7 @@ impl Bvh {
                 while rays != 0 {
                     let ray = rays.trailing_zeros() as usize;
                     rays &= rays - 1;
-                    if self.occludes::<S>(child, bundle.origin, bundle.direction(ray), &mut stacks.single) {
+                    if self.occludes::<S>(child, bundle.origin, bundle.end(ray), &mut stacks.single) {
                         alive &= !(1 << ray);
                     }
                 }
@@ -259,61 +346,36 @@ impl Bvh {
         bundle: &Bundle,
         shaft: &Shaft,
         alive: u64,
-        mut rays: u64,
+        rays: u64,
     ) -> u64 {
-        let all = rays;
-        let (mut within, planes) = self.planes::<S>(block, bundle, shaft, 1.0);
+        let mut planes = Planes::new();
+        let mut within = planes.within::<S>(block, bundle, shaft, true);
         let width = S::Wide::WIDTH;
-        let zero = S::Wide::splat(0.0);
-        let origin = Vector::<S::Wide>::splat(bundle.origin);
-        while within != 0 {
+        let mut left = rays;
+        while within != 0 && left != 0 {
             let lane = within.trailing_zeros() as usize;
             within &= within - 1;
-            let face = Vector::<S::Wide>::broadcast(&planes.face, lane);
-            let edges = [
-                Vector::<S::Wide>::broadcast(&planes.edges[0], lane),
-                Vector::<S::Wide>::broadcast(&planes.edges[1], lane),
-                Vector::<S::Wide>::broadcast(&planes.edges[2], lane),
-            ];
-            let distance = S::Wide::splat(planes.distance[lane]);
+            let facet = planes.facet::<S::Wide>(lane);
             for at in (0..bundle.count).step_by(width) {
-                let mut hits = (rays >> at) as u32 & S::Wide::ALL;
-                if hits == 0 {
+                let some = (left >> at) as u32 & S::Wide::ALL;
+                if some == 0 {
                     continue;
                 }
-                let d = Vector::load(&bundle.d, at);
-                hits &= distance.lt(face.dot(d));
-                hits &= zero.le(edges[0].dot(d)) & zero.le(edges[1].dot(d)) & zero.le(edges[2].dot(d));
-                if hits != 0 {
-                    let (low, high) = boxes(&block.triangle_corners(lane), self.padding);
-                    let inverse = Vector::load(&bundle.inverse, at);
-                    hits &= enters(low, high, origin, inverse, S::Wide::splat(1.0)).0;
-                    rays &= !(u64::from(hits) << at);
+                let (may, surely) = facet.shadow(Vector::load(&bundle.d, at));
+                if some & may != 0 {
+                    left &= !(u64::from(some & surely) << at);
+                    let mut open = some & may & !surely;
+                    while open != 0 {
+                        let ray = at + open.trailing_zeros() as usize;
+                        open &= open - 1;
+                        if exact::meets(bundle.origin, bundle.end(ray), block.triangle_corners(lane)) {
+                            left &= !(1 << ray);
+                        }
+                    }
                 }
             }
-            if rays == 0 {
-                break;
-            }
         }
-        alive & !(all & !rays)
-    }
-
-    /// The triangles of a block that a bundle may meet, and the planes of all.
-    #[inline(always)]
-    fn planes<S: Simd>(&self, block: &Block, bundle: &Bundle, shaft: &Shaft, end: f32) -> (u32, Planes) {
-        let corners = block.corners::<S::Eight>();
-        let facets = Facets::new(&corners, Vector::splat(bundle.origin));
-        let mut planes = Planes { edges: [[[0.0; 8]; 3]; 3], face: [[0.0; 8]; 3], distance: [0.0; 8] };
-        let (low, high) = boxes(&corners, self.padding);
-        let within = shaft.meets(&facets, end) & shaft.enters(low, high, end).0;
-        if within != 0 {
-            for (to, edge) in planes.edges.iter_mut().zip(facets.edges) {
-                edge.store(to, 0);
-            }
-            facets.face.store(&mut planes.face, 0);
-            facets.distance.store(&mut planes.distance);
-        }
-        (within, planes)
+        alive & !(rays & !left)
     }
 
     /// The nearest triangle that each ray of a finished bundle meets at t > 0; of several at the same t the one with
@@ -342,7 +404,7 @@ impl Bvh {
                     waiting = push_sorted(node, mask & node.occupied(), enter, stack, waiting);
                 }
                 Child::Block(index) => {
-                    if self.nearest_in_block::<S>(&self.blocks[index as usize], bundle, &shaft, end, hits) {
+                    if self.nearest_in_block::<S>(&self.blocks[index as usize], bundle, &shaft, hits) {
                         end = hits.t[..bundle.count].iter().fold(0.0, |a: f32, &t| a.max(t));
                     }
                 }
@@ -350,46 +412,27 @@ impl Bvh {
         }
     }
 
-    /// Whether any ray found a nearer hit in a block.
+    /// Whether any ray found a nearer hit in a block. Rays within rounding of an edge hit both its triangles, so that
+    /// none passes between them.
     #[inline(always)]
     fn nearest_in_block<S: Simd>(
         &self,
         block: &Block,
         bundle: &Bundle,
         shaft: &Shaft,
-        end: f32,
         nearest: &mut Hits,
     ) -> bool {
-        let (mut within, planes) = self.planes::<S>(block, bundle, shaft, end);
+        let mut planes = Planes::new();
+        let mut within = planes.within::<S>(block, bundle, shaft, false);
         let width = S::Wide::WIDTH;
-        let zero = S::Wide::splat(0.0);
-        let origin = Vector::<S::Wide>::splat(bundle.origin);
         let mut found = false;
         while within != 0 {
             let lane = within.trailing_zeros() as usize;
             within &= within - 1;
-            let face = Vector::<S::Wide>::broadcast(&planes.face, lane);
-            let edges = [
-                Vector::<S::Wide>::broadcast(&planes.edges[0], lane),
-                Vector::<S::Wide>::broadcast(&planes.edges[1], lane),
-                Vector::<S::Wide>::broadcast(&planes.edges[2], lane),
-            ];
-            let distance = S::Wide::splat(planes.distance[lane]);
+            let facet = planes.facet::<S::Wide>(lane);
             for at in (0..bundle.count).step_by(width) {
-                let d = Vector::load(&bundle.d, at);
-                let mut hits = zero.le(edges[0].dot(d)) & zero.le(edges[1].dot(d)) & zero.le(edges[2].dot(d));
-                if hits == 0 {
-                    continue;
-                }
-                let along = face.dot(d);
-                let t = distance.div(along);
                 let best = S::Wide::load(&nearest.t[at..]);
-                hits &= zero.lt(along) & t.le(best) & t.lt(S::Wide::splat(f32::INFINITY));
-                if hits != 0 {
-                    let (low, high) = boxes(&block.triangle_corners(lane), self.padding);
-                    let inverse = Vector::load(&bundle.inverse, at);
-                    hits &= enters(low, high, origin, inverse, S::Wide::splat(f32::INFINITY)).0;
-                }
+                let (mut hits, t) = facet.nearest(Vector::load(&bundle.d, at), best);
                 if hits != 0 {
                     found = true;
                     let mut slots = [0.0f32; 16];

@@ -1,70 +1,113 @@
-//! The predicate: whether a ray meets a triangle.
+//! A filter for [`super::exact::meets`]: triangles seen from one origin, and what rounding leaves open about them.
 //!
-//! With P, Q the ends of an edge seen from the ray's origin, the ray's side of the edge is the sign of
-//! `d · (P + Q) × (Q − P)`, twice the volume that d, P and Q span. The two triangles at an edge compute the same number
-//! with opposite signs, bit for bit, so no ray slips between them; sums and differences of the ends instead of `P × Q`
-//! keep the error of small distant triangles at the size of rounding. All of it but the last product depends on the
-//! origin alone and serves every ray that leaves it.
-//!
-//! A hit must also pass the box test of the triangle's own box. Nodes are boxes around those boxes, so that skipping a
-//! node never changes an answer, not even where a triangle is seen edge-on and the signs are noise.
+//! With P and Q the ends of an edge seen from the origin, a ray along d passes the edge on the side that the sign of
+//! `d · (P + Q) × (Q − P)` tells, twice the volume that d, P and Q span; sums and differences of the ends instead of
+//! `P × Q` keep the error small for small distant triangles. All but the last product depends on the origin alone and
+//! serves all rays that leave it. Every sum comes with a bound on its error, and a ray inside the bound is decided
+//! exactly.
 
 use glam::Vec3;
 
+use super::layout::Block;
 use super::vector::Vector;
 use crate::simd::Lanes;
 
-/// Triangles seen from one origin: planes through it, with the signs that make a ray inside positive.
+/// Eight triangles seen from an origin; signs are turned so that a ray that meets a triangle has positive products.
 #[derive(Clone, Copy)]
 pub(super) struct Facets<L> {
     /// Normals of the planes through the origin and each edge.
     pub(super) edges: [Vector<L>; 3],
     /// Normal of the triangle, away from the origin.
     pub(super) face: Vector<L>,
-    /// Distance of the triangle's plane from the origin, times the normal's length; infinite for a plane through it.
+    /// Distance of the triangle's plane from the origin, times the normal's length.
     pub(super) distance: L,
+    /// Bound on the error of the products with the edges' planes.
+    pub(super) edge_error: L,
+    /// Bound on the error of the product with the face, less the distance. Infinite where the origin is so near the
+    /// plane that all signs may be wrong.
+    pub(super) face_error: L,
 }
 
 impl<L: Lanes> Facets<L> {
+    /// `reach` bounds the components of the rays' directions.
+    ///
+    /// With u = 2⁻²⁴, A the largest component of a corner seen from the origin, E that of an edge and D = Σ|dₖ|: sums of
+    /// corners are wrong by at most 4uA in each component, edges by uE, the planes' normals by 20uAE and the products,
+    /// d's own rounding included, by 36uDAE; 64u covers what was rounded on the way. The stored face normals N are
+    /// wrong by u relative to each component, and products of them with corners and directions by 5u(Σ|aₖNₖ| + Σ|dₖNₖ|);
+    /// 8u is taken.
     #[inline(always)]
-    pub(super) fn new(corners: &[Vector<L>; 3], origin: Vector<L>) -> Self {
-        let [a, b, c] = [corners[0].sub(origin), corners[1].sub(origin), corners[2].sub(origin)];
-        let [ab, bc, ca] =
-            [corners[1].sub(corners[0]), corners[2].sub(corners[1]), corners[0].sub(corners[2])];
-        let face = ca.cross(ab);
-        let distance = face.dot(a);
-        let zero = L::splat(0.0);
-        let through = zero.le(distance) & distance.le(zero);
+    pub(super) fn new(block: &Block, origin: Vector<L>, reach: Vector<L>) -> Self {
+        let corners = block.corners();
+        let (a, b, c) = (corners[0].sub(origin), corners[1].sub(origin), corners[2].sub(origin));
+        let ab = corners[1].sub(corners[0]);
+        let bc = corners[2].sub(corners[1]);
+        let ca = corners[0].sub(corners[2]);
+        let normal = block.normals();
+        let parts = normal.mul(a);
+        let distance = parts.sum();
+        let distance_error = parts.abs().sum().mul(L::splat(2f32.powi(-21)));
+        let open = distance.abs().le(distance_error);
+        let farthest = a.abs().max(b.abs()).max(c.abs()).largest();
         Self {
             edges: [
                 a.add(b).cross(ab).flip(distance),
                 b.add(c).cross(bc).flip(distance),
                 c.add(a).cross(ca).flip(distance),
             ],
-            face: face.flip(distance),
-            distance: distance.flip(distance).select(through, L::splat(f32::INFINITY)),
+            face: normal.flip(distance),
+            distance: distance.abs(),
+            edge_error: farthest.mul(block.longest()).mul(reach.sum()).mul(L::splat(2f32.powi(-18))),
+            face_error: normal
+                .abs()
+                .dot(reach)
+                .mul(L::splat(2f32.powi(-21)))
+                .add(distance_error)
+                .select(open, L::splat(f32::INFINITY)),
         }
     }
 
-    /// Which of the triangles the ray with direction `d` meets at 0 < t < 1, boxes aside.
+    /// Triangles that a ray along `d` meets at t < 1 or may meet, and those that it certainly meets.
     #[inline(always)]
-    pub(super) fn shadow(&self, d: Vector<L>) -> u32 {
+    pub(super) fn shadow(&self, d: Vector<L>) -> (u32, u32) {
+        let beyond = self.face.dot(d).sub(self.distance);
+        let sides = [self.edges[0].dot(d), self.edges[1].dot(d), self.edges[2].dot(d)];
+        let least = sides[0].min(sides[1]).min(sides[2]);
+        let unsure = self.face_error.lt(L::splat(f32::INFINITY)) ^ L::ALL;
+        let (edge, face) = (self.edge_error, self.face_error);
         let zero = L::splat(0.0);
-        let beyond = self.distance.lt(self.face.dot(d));
-        beyond & zero.le(self.edges[0].dot(d)) & zero.le(self.edges[1].dot(d)) & zero.le(self.edges[2].dot(d))
+        let may = zero.le(least.add(edge)) & zero.le(beyond.add(face)) | unsure;
+        (may, edge.lt(least) & face.lt(beyond))
     }
 
-    /// Which of the triangles any ray with a direction between `low` and `high` can meet, where the product of its
-    /// direction and the triangle's normal must exceed `least`. Rounding is monotone, so nothing is lost that a test of
-    /// the ray itself would find.
+    /// Triangles that a ray along `d` meets at 0 < t ≤ `best`, give or take rounding at their borders, and where. Those
+    /// seen edge-on are left to their neighbours.
     #[inline(always)]
-    pub(super) fn reachable(&self, low: Vector<L>, high: Vector<L>, least: L) -> u32 {
+    pub(super) fn nearest(&self, d: Vector<L>, best: L) -> (u32, L) {
+        let sides = [self.edges[0].dot(d), self.edges[1].dot(d), self.edges[2].dot(d)];
+        let least = sides[0].min(sides[1]).min(sides[2]);
+        let along = self.face.dot(d);
+        let t = self.distance.div(along);
+        let (zero, endless) = (L::splat(0.0), L::splat(f32::INFINITY));
+        let met = zero.le(least.add(self.edge_error)) & zero.lt(along) & t.le(best);
+        (met & t.lt(endless) & self.face_error.lt(endless), t)
+    }
+
+    /// Triangles that any ray between `low` and `high` may meet, at t < 1 where `near`. Rounding is monotone, so bounds
+    /// on a product hold for every ray.
+    #[inline(always)]
+    pub(super) fn reachable(&self, low: Vector<L>, high: Vector<L>, near: bool) -> u32 {
         let zero = L::splat(0.0);
-        let [first, second, third] = &self.edges;
-        least.lt(self.face.greatest_dot(low, high))
-            & zero.le(first.greatest_dot(low, high))
-            & zero.le(second.greatest_dot(low, high))
-            & zero.le(third.greatest_dot(low, high))
+        let sides = [
+            self.edges[0].greatest_dot(low, high),
+            self.edges[1].greatest_dot(low, high),
+            self.edges[2].greatest_dot(low, high),
+        ];
+        let beyond = self.face.greatest_dot(low, high);
+        let beyond = if near { beyond.sub(self.distance) } else { beyond };
+        let unsure = self.face_error.lt(L::splat(f32::INFINITY)) ^ L::ALL;
+        let least = sides[0].min(sides[1]).min(sides[2]);
+        zero.le(least.add(self.edge_error)) & zero.le(beyond.add(self.face_error)) | unsure
     }
 }
 
@@ -77,5 +120,8 @@ pub(crate) fn barycentric(corners: [Vec3; 3], origin: Vec3, d: Vec3) -> (f32, f3
     let second = side(c, a, corners[0] - corners[2]);
     let third = side(a, b, corners[1] - corners[0]);
     let sum = first + second + third;
-    if sum == 0.0 { (1.0 / 3.0, 1.0 / 3.0) } else { (second / sum, third / sum) }
+    let (second, third) = if sum == 0.0 { (1.0 / 3.0, 1.0 / 3.0) } else { (second / sum, third / sum) };
+    // Rays within rounding of an edge count as hits.
+    let second = second.clamp(0.0, 1.0);
+    (second, third.clamp(0.0, 1.0 - second))
 }

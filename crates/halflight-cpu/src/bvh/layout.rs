@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use glam::{DVec3, Vec3};
 use halflight_core::scene::Mesh;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -13,6 +14,9 @@ use crate::simd::Lanes;
 
 /// Set in a child that is a block; the other bits are its index.
 const BLOCK: u32 = 1 << 31;
+
+/// The level from which on the binary hierarchy is no longer followed.
+const DEEP: usize = 48;
 
 /// Eight boxes and what is in them.
 #[derive(Debug)]
@@ -32,13 +36,19 @@ pub(super) enum Child {
     Block(u32),
 }
 
-/// Up to eight triangles; the lanes left over hold copies of one corner, which nothing hits.
+/// Up to eight triangles.
 #[derive(Debug)]
 #[repr(C, align(64))]
 pub(super) struct Block {
     corners: [[[f32; 8]; 3]; 3],
+    /// Products of two edges, rounded once.
+    normals: [[f32; 8]; 3],
+    /// Largest component of any edge.
+    longest: [f32; 8],
     /// The triangles' indices in the mesh.
     triangles: [u32; 8],
+    /// One bit a lane with a triangle that has an area.
+    occupied: u32,
 }
 
 impl Node {
@@ -61,6 +71,15 @@ impl Node {
         self.occupied
     }
 
+    fn fill(&mut self, slot: usize, bounds: &Aabb, padding: f32, child: u32) {
+        for axis in 0..3 {
+            self.low[axis][slot] = bounds.min[axis] - padding;
+            self.high[axis][slot] = bounds.max[axis] + padding;
+        }
+        self.children[slot] = child;
+        self.occupied |= 1 << slot;
+    }
+
     #[inline(always)]
     pub(super) fn child(&self, child: usize) -> u32 {
         self.children[child]
@@ -76,16 +95,25 @@ impl Child {
 
 impl Block {
     fn new(mesh: &Mesh, triangles: &[u32]) -> Self {
-        let filler = mesh.corners(triangles[0] as usize)[0];
-        let mut block = Self { corners: [[[0.0; 8]; 3]; 3], triangles: [u32::MAX; 8] };
-        for lane in 0..8 {
-            let corners =
-                triangles.get(lane).map_or([filler; 3], |&triangle| mesh.corners(triangle as usize));
-            for (to, corner) in block.corners.iter_mut().zip(corners) {
-                for axis in 0..3 {
+        let mut block = Self {
+            corners: [[[0.0; 8]; 3]; 3],
+            normals: [[0.0; 8]; 3],
+            longest: [0.0; 8],
+            triangles: [u32::MAX; 8],
+            occupied: 0,
+        };
+        for (lane, &triangle) in triangles.iter().enumerate() {
+            let corners = mesh.corners(triangle as usize);
+            let [a, b, c] = corners.map(Vec3::as_dvec3);
+            let normal = (b - a).cross(c - a);
+            for axis in 0..3 {
+                for (to, corner) in block.corners.iter_mut().zip(corners) {
                     to[axis][lane] = corner[axis];
                 }
+                block.normals[axis][lane] = normal[axis] as f32;
             }
+            block.occupied |= u32::from(normal != DVec3::ZERO) << lane;
+            block.longest[lane] = (b - a).abs().max((c - b).abs()).max((a - c).abs()).max_element() as f32;
         }
         block.triangles[..triangles.len()].copy_from_slice(triangles);
         block
@@ -100,14 +128,24 @@ impl Block {
         ]
     }
 
-    /// One triangle's corners in all lanes.
     #[inline(always)]
-    pub(super) fn triangle_corners<L: Lanes>(&self, lane: usize) -> [Vector<L>; 3] {
-        [
-            Vector::broadcast(&self.corners[0], lane),
-            Vector::broadcast(&self.corners[1], lane),
-            Vector::broadcast(&self.corners[2], lane),
-        ]
+    pub(super) fn normals<L: Lanes>(&self) -> Vector<L> {
+        Vector::load(&self.normals, 0)
+    }
+
+    #[inline(always)]
+    pub(super) fn longest<L: Lanes>(&self) -> L {
+        L::load(&self.longest)
+    }
+
+    /// The corners of one triangle.
+    pub(super) fn triangle_corners(&self, lane: usize) -> [Vec3; 3] {
+        self.corners.map(|[x, y, z]| Vec3::new(x[lane], y[lane], z[lane]))
+    }
+
+    #[inline(always)]
+    pub(super) fn occupied(&self) -> u32 {
+        self.occupied
     }
 
     #[inline(always)]
@@ -116,19 +154,10 @@ impl Block {
     }
 }
 
-/// The padded boxes of triangles.
-#[inline(always)]
-pub(super) fn boxes<L: Lanes>(corners: &[Vector<L>; 3], padding: f32) -> (Vector<L>, Vector<L>) {
-    let padding = L::splat(padding);
-    let padding = Vector { x: padding, y: padding, z: padding };
-    let [a, b, c] = *corners;
-    (a.min(b).min(c).sub(padding), a.max(b).max(c).add(padding))
-}
-
-/// Nodes, blocks and the number of levels. Node 0 is the root.
-pub(super) fn build(mesh: &Mesh, padding: f32) -> (Vec<Node>, Vec<Block>, usize) {
+/// Nodes and blocks. Node 0 is the root.
+pub(super) fn build(mesh: &Mesh, padding: f32) -> (Vec<Node>, Vec<Block>) {
     if mesh.triangles.is_empty() {
-        return (Vec::new(), Vec::new(), 0);
+        return (Vec::new(), Vec::new());
     }
     let boxes: Vec<Aabb> = (0..mesh.triangle_count())
         .map(|triangle| {
@@ -141,12 +170,24 @@ pub(super) fn build(mesh: &Mesh, padding: f32) -> (Vec<Node>, Vec<Block>, usize)
     Flattener::new(mesh, &binary, padding).run()
 }
 
+/// Some triangles that follow each other in the binary hierarchy's order.
+#[derive(Clone, Copy)]
+struct Subtree {
+    first: u32,
+    count: u32,
+    bounds: Aabb,
+    /// The binary node over them; none below the level where the binary hierarchy is given up.
+    binary: Option<u32>,
+}
+
 /// Turns a binary hierarchy into a wide one.
 struct Flattener<'a> {
     mesh: &'a Mesh,
     binary: &'a Bvh2,
-    /// Triangles under each binary node.
-    counts: Vec<u32>,
+    /// Triangles in the order in which a walk through the binary hierarchy meets them.
+    order: Vec<u32>,
+    /// Where in that order each binary node's triangles start, and how many they are.
+    ranges: Vec<(u32, u32)>,
     padding: f32,
     nodes: Vec<Node>,
     blocks: Vec<Block>,
@@ -154,103 +195,93 @@ struct Flattener<'a> {
 
 impl<'a> Flattener<'a> {
     fn new(mesh: &'a Mesh, binary: &'a Bvh2, padding: f32) -> Self {
-        let mut counts = vec![0; binary.nodes.len()];
+        let mut order = Vec::with_capacity(mesh.triangle_count());
+        let mut ranges = vec![(0, 0); binary.nodes.len()];
         // Parents before children on this list, so that the way back meets children first.
-        let mut order = vec![0u32];
-        let mut next = 0;
-        while let Some(&index) = order.get(next) {
+        let mut walk = Vec::with_capacity(binary.nodes.len());
+        let mut open = vec![0u32];
+        while let Some(index) = open.pop() {
+            walk.push(index);
+            let node = &binary.nodes[index as usize];
+            ranges[index as usize].0 = order.len() as u32;
+            if node.is_leaf() {
+                let slots = node.first_index as usize..(node.first_index + node.prim_count) as usize;
+                order.extend_from_slice(&binary.primitive_indices[slots]);
+                ranges[index as usize].1 = node.prim_count;
+            } else {
+                open.extend([node.first_index + 1, node.first_index]);
+            }
+        }
+        for &index in walk.iter().rev() {
             let node = &binary.nodes[index as usize];
             if !node.is_leaf() {
-                order.extend([node.first_index, node.first_index + 1]);
+                let first = node.first_index as usize;
+                ranges[index as usize].1 = ranges[first].1 + ranges[first + 1].1;
             }
-            next += 1;
         }
-        for &index in order.iter().rev() {
-            let node = &binary.nodes[index as usize];
-            counts[index as usize] = if node.is_leaf() {
-                node.prim_count
-            } else {
-                counts[node.first_index as usize] + counts[node.first_index as usize + 1]
-            };
-        }
-        Self { mesh, binary, counts, padding, nodes: Vec::new(), blocks: Vec::new() }
+        Self { mesh, binary, order, ranges, padding, nodes: Vec::new(), blocks: Vec::new() }
     }
 
-    fn run(mut self) -> (Vec<Node>, Vec<Block>, usize) {
+    fn run(mut self) -> (Vec<Node>, Vec<Block>) {
         self.nodes.push(Node::EMPTY);
-        let mut depth = 1;
-        let mut open = vec![(0u32, 0usize, 1usize)];
-        while let Some((binary, wide, level)) = open.pop() {
-            depth = depth.max(level);
-            let (children, count) = self.children(binary);
+        let mut open = vec![(self.subtree(0), 0usize, 1usize)];
+        while let Some((subtree, wide, level)) = open.pop() {
+            let (children, count) = self.children(subtree, level);
             for (slot, &child) in children[..count].iter().enumerate() {
-                let reference = if self.fits_block(child) {
-                    self.push_block(child);
+                let reference = if child.count <= 8 {
+                    let triangles = child.first as usize..(child.first + child.count) as usize;
+                    self.blocks.push(Block::new(self.mesh, &self.order[triangles]));
                     (self.blocks.len() - 1) as u32 | BLOCK
                 } else {
                     self.nodes.push(Node::EMPTY);
                     open.push((child, self.nodes.len() - 1, level + 1));
                     (self.nodes.len() - 1) as u32
                 };
-                self.fill(wide, slot, child, reference);
+                self.nodes[wide].fill(slot, &child.bounds, self.padding, reference);
             }
         }
         self.nodes.shrink_to_fit();
         self.blocks.shrink_to_fit();
-        (self.nodes, self.blocks, depth)
+        (self.nodes, self.blocks)
     }
 
-    fn fits_block(&self, binary: u32) -> bool {
-        self.counts[binary as usize] <= 8
+    fn subtree(&self, binary: u32) -> Subtree {
+        let (first, count) = self.ranges[binary as usize];
+        Subtree { first, count, bounds: *self.binary.nodes[binary as usize].aabb(), binary: Some(binary) }
     }
 
-    /// Opens the largest of the boxes under a binary node until there are eight.
-    fn children(&self, root: u32) -> ([u32; 8], usize) {
+    /// Opens the largest of the boxes under a node until there are eight.
+    fn children(&self, root: Subtree, level: usize) -> ([Subtree; 8], usize) {
         let mut children = [root; 8];
         let mut count = 1;
         while count < 8 {
             let largest = (0..count)
-                .filter(|&slot| !self.fits_block(children[slot]))
-                .map(|slot| (slot, self.binary.nodes[children[slot] as usize].aabb().half_area()))
-                .max_by(|a, b| a.1.total_cmp(&b.1));
-            let Some((slot, _)) = largest else { break };
-            let first = self.binary.nodes[children[slot] as usize].first_index;
-            (children[slot], children[count]) = (first, first + 1);
+                .filter(|&slot| children[slot].count > 8)
+                .max_by(|&a, &b| children[a].bounds.half_area().total_cmp(&children[b].bounds.half_area()));
+            let Some(slot) = largest else { break };
+            (children[slot], children[count]) = self.halves(children[slot], level);
             count += 1;
         }
         (children, count)
     }
 
-    fn fill(&mut self, wide: usize, slot: usize, child: u32, reference: u32) {
-        let bounds = self.binary.nodes[child as usize].aabb();
-        let node = &mut self.nodes[wide];
-        for axis in 0..3 {
-            node.low[axis][slot] = bounds.min[axis] - self.padding;
-            node.high[axis][slot] = bounds.max[axis] + self.padding;
+    /// The two parts of a subtree of more than eight triangles. Copies of one triangle make the binary hierarchy as
+    /// deep as they are many: far down, triangles are parted by number.
+    fn halves(&self, subtree: Subtree, level: usize) -> (Subtree, Subtree) {
+        if let (Some(binary), true) = (subtree.binary, level < DEEP) {
+            let first = self.binary.nodes[binary as usize].first_index;
+            return (self.subtree(first), self.subtree(first + 1));
         }
-        node.children[slot] = reference;
-        node.occupied |= 1 << slot;
-    }
-
-    fn push_block(&mut self, binary: u32) {
-        let mut triangles = [0u32; 8];
-        let mut count = 0;
-        // A subtree of eight leaves leaves at most seven siblings behind.
-        let mut open = [binary; 8];
-        let mut waiting = 1;
-        while waiting > 0 {
-            waiting -= 1;
-            let node = &self.binary.nodes[open[waiting] as usize];
-            if node.is_leaf() {
-                for slot in node.first_index..node.first_index + node.prim_count {
-                    triangles[count] = self.binary.primitive_indices[slot as usize];
-                    count += 1;
+        let middle = subtree.count / 2;
+        let part = |first: u32, count: u32| {
+            let mut bounds = Aabb::INVALID;
+            for &triangle in &self.order[first as usize..(first + count) as usize] {
+                for corner in self.mesh.corners(triangle as usize) {
+                    bounds.extend(corner.into());
                 }
-            } else {
-                (open[waiting], open[waiting + 1]) = (node.first_index + 1, node.first_index);
-                waiting += 2;
             }
-        }
-        self.blocks.push(Block::new(self.mesh, &triangles[..count]));
+            Subtree { first, count, bounds, binary: None }
+        };
+        (part(subtree.first, middle), part(subtree.first + middle, subtree.count - middle))
     }
 }

@@ -1,18 +1,20 @@
 //! Ray-traced visibility: a bounding-volume hierarchy over the scene's triangles, and rays that travel through it in
 //! bundles.
 //!
-//! obvhs builds the hierarchy; [`layout`] flattens it into nodes of eight children and blocks of eight triangles. One
-//! predicate ([`facet`]) says whether a ray meets a triangle, one box test ([`slab`]) whether it enters a node; bundles
-//! ([`bundle`]) and single rays ([`single`]) use the same two, so they agree hit for hit.
+//! obvhs builds the hierarchy; [`layout`] flattens it into nodes of eight children and blocks of eight triangles. Whether
+//! a ray meets a triangle is decided exactly ([`exact`]), nearly always by a filter over many at once ([`facet`]); box
+//! tests ([`slab`]) are conservative. So bundles ([`bundle`]), single rays ([`single`]) and a search through all triangles
+//! agree hit for hit, whatever the instruction set.
 
 mod bundle;
+mod exact;
 mod facet;
 mod layout;
 mod rays;
 mod single;
 mod slab;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod vector;
 
 use std::time::{Duration, Instant};
@@ -27,7 +29,8 @@ use layout::{Block, Node};
 
 use crate::simd::Lanes;
 
-/// Entries of a traversal stack.
+/// Entries of a traversal stack: each of the at most 57 levels (48 by box, then 2³² triangles parted eightfold) leaves seven
+/// siblings behind.
 pub(crate) const STACK: usize = 512;
 
 /// Why no hierarchy can be built over a mesh.
@@ -46,12 +49,6 @@ pub enum BvhError {
         /// The vertex.
         vertex: usize,
     },
-    /// The geometry is nested more deeply than the traversal stacks can follow.
-    #[error("the hierarchy is {depth} levels deep, more than the {max} that can be traversed", max = Bvh::MAX_DEPTH)]
-    Depth {
-        /// Levels of the hierarchy.
-        depth: usize,
-    },
 }
 
 /// A bounding-volume hierarchy over the triangles of one mesh.
@@ -59,8 +56,6 @@ pub enum BvhError {
 pub struct Bvh {
     nodes: Vec<Node>,
     blocks: Vec<Block>,
-    /// What all boxes are enlarged by, metres.
-    padding: f32,
     diagonal: f32,
     triangle_count: usize,
     build_time: Duration,
@@ -69,8 +64,6 @@ pub struct Bvh {
 impl Bvh {
     /// The largest coordinate: cubes of it stay finite in single precision.
     pub const MAX_COORDINATE: f32 = 1e12;
-    /// Levels that the traversal stacks have room for: each can leave seven siblings behind.
-    pub const MAX_DEPTH: usize = (STACK - 8) / 7;
 
     /// Builds the hierarchy. A mesh without triangles is fine: nothing hits it.
     ///
@@ -86,18 +79,14 @@ impl Bvh {
         }
         let (low, high) = mesh.bounds().unwrap_or_default();
         let largest = low.abs().max(high.abs()).max_element();
-        // Edges and boxes are wrong by a few units in the last place of the distance to the ray's origin, which lies
-        // on or near the geometry; far from the world's origin the boxes' own coordinates are coarser still.
+        // Box tests are wrong by a few units in the last place of the distance to the ray's origin, which lies on or near
+        // the geometry; far from the world's origin the boxes' own coordinates are coarser still.
         let diagonal = (high - low).length();
         let padding = (diagonal * 2f32.powi(-17)).max(largest * 2f32.powi(-21));
-        let (nodes, blocks, depth) = layout::build(mesh, padding);
-        if depth > Self::MAX_DEPTH {
-            return Err(BvhError::Depth { depth });
-        }
+        let (nodes, blocks) = layout::build(mesh, padding);
         Ok(Self {
             nodes,
             blocks,
-            padding,
             diagonal,
             triangle_count: mesh.triangle_count(),
             build_time: start.elapsed(),

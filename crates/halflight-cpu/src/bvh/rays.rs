@@ -10,8 +10,8 @@ use halflight_core::pattern::Pattern;
 use halflight_core::stages::Visibility;
 use rayon::prelude::*;
 
-use super::bundle::{Bundle, Stacks};
 use super::Bvh;
+use super::bundle::{Bundle, Stacks};
 use crate::samples::{LANES, positions};
 use crate::simd::{Isa, Kernel, Simd};
 
@@ -101,7 +101,7 @@ impl Chunk<'_> {
                 let lane = left.trailing_zeros() as usize;
                 left &= left - 1;
                 bits[bundle.count()] = (group * LANES + lane) as u8;
-                bundle.push(Vec3::new(places[0][lane], places[1][lane], places[2][lane]) - origin);
+                bundle.push_end(Vec3::new(places[0][lane], places[1][lane], places[2][lane]));
             }
         }
         bundle.finish::<S>();
@@ -159,7 +159,7 @@ impl Kernel for Single<'_> {
                 chunk.gather::<S>(&mut bundle, &mut bits, query, word);
                 let mut visible = chunk.wanted[slot];
                 for (ray, &bit) in bits[..bundle.count()].iter().enumerate() {
-                    if chunk.bvh.occludes::<S>(0, bundle.origin(), bundle.direction(ray), &mut stacks.single) {
+                    if chunk.bvh.occludes::<S>(0, bundle.origin(), bundle.end(ray), &mut stacks.single) {
                         visible &= !(1 << bit);
                     }
                 }

@@ -3,19 +3,25 @@
 use glam::Vec3;
 
 use super::facet::Facets;
-use super::layout::{Child, boxes};
+use super::layout::Child;
 use super::slab::{enters, inverse};
 use super::vector::Vector;
-use super::{Bvh, STACK, push_near_last};
+use super::{Bvh, STACK, exact, push_near_last};
 use crate::simd::{Lanes, Simd};
 
 impl Bvh {
-    /// Whether the open segment from `origin` to `origin + d` meets a triangle under the child `root`.
+    /// Whether the open segment from `origin` to `end` meets a triangle under the child `root`.
     #[inline(always)]
-    pub(super) fn occludes<S: Simd>(&self, root: u32, origin: Vec3, d: Vec3, stack: &mut [u32; STACK]) -> bool {
+    pub(super) fn occludes<S: Simd>(
+        &self,
+        root: u32,
+        origin: Vec3,
+        end: Vec3,
+        stack: &mut [u32; STACK],
+    ) -> bool {
+        let d = end - origin;
         let (from, along) = (Vector::<S::Eight>::splat(origin), Vector::<S::Eight>::splat(d));
         let reciprocal = Vector { x: inverse(along.x), y: inverse(along.y), z: inverse(along.z) };
-        let end = S::Eight::splat(1.0);
         stack[0] = root;
         let mut waiting = 1;
         while waiting > 0 {
@@ -24,15 +30,20 @@ impl Bvh {
                 Child::Node(index) => {
                     let node = &self.nodes[index as usize];
                     let (low, high) = node.bounds();
-                    let (mask, enter) = enters(low, high, from, reciprocal, end);
+                    let (mask, enter) = enters(low, high, from, reciprocal, S::Eight::splat(1.0));
                     waiting = push_near_last(node, mask & node.occupied(), enter, stack, waiting);
                 }
                 Child::Block(index) => {
-                    let corners = self.blocks[index as usize].corners();
-                    let hits = Facets::new(&corners, from).shadow(along);
-                    if hits != 0 {
-                        let (low, high) = boxes(&corners, self.padding);
-                        if hits & enters(low, high, from, reciprocal, end).0 != 0 {
+                    let block = &self.blocks[index as usize];
+                    let (may, surely) = Facets::new(block, from, along.abs()).shadow(along);
+                    let mut may = may & block.occupied();
+                    if surely != 0 {
+                        return true;
+                    }
+                    while may != 0 {
+                        let lane = may.trailing_zeros() as usize;
+                        may &= may - 1;
+                        if exact::meets(origin, end, block.triangle_corners(lane)) {
                             return true;
                         }
                     }

@@ -1,7 +1,8 @@
 //! The box test, for one ray and for all rays between two.
 //!
-//! A ray enters a box when the spans of its parameter over the three slabs, and 0 … end, overlap. Every step is monotone
-//! in the box's sides, rounding included: a ray that enters a box enters every box around it.
+//! A ray enters a box when the spans of its parameter over the three slabs, and 0 … end, overlap. Rounding moves the
+//! spans by a few units in the last place of the distance to the box; boxes are padded by far more, so that a ray that
+//! meets a triangle is found to enter every box around it.
 
 use glam::Vec3;
 
@@ -101,10 +102,15 @@ impl Shaft {
         (enter, last.mul(L::splat(self.leaving[axis])).max(L::splat(self.stay[axis])))
     }
 
-    /// Which triangles any of the rays may meet before `end`, which is 1 or later.
+    /// Which triangles any of the rays may meet, at t < 1 where `near`.
     #[inline(always)]
-    pub(super) fn meets<L: Lanes>(&self, facets: &Facets<L>, end: f32) -> u32 {
-        let least = if end > 1.0 { L::splat(0.0) } else { facets.distance };
-        facets.reachable(Vector::splat(self.low), Vector::splat(self.high), least)
+    pub(super) fn meets<L: Lanes>(&self, facets: &Facets<L>, near: bool) -> u32 {
+        facets.reachable(Vector::splat(self.low), Vector::splat(self.high), near)
+    }
+
+    /// The largest component of any direction, axis by axis.
+    #[inline(always)]
+    pub(super) fn reach(&self) -> Vec3 {
+        self.low.abs().max(self.high.abs())
     }
 }

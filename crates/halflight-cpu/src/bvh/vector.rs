@@ -62,6 +62,17 @@ impl<L: Lanes> Vector<L> {
     }
 
     #[inline(always)]
+    pub(super) fn abs(self) -> Self {
+        Self { x: self.x.abs(), y: self.y.abs(), z: self.z.abs() }
+    }
+
+    /// The largest component.
+    #[inline(always)]
+    pub(super) fn largest(self) -> L {
+        self.x.max(self.y).max(self.z)
+    }
+
+    #[inline(always)]
     pub(super) fn flip(self, signs: L) -> Self {
         Self { x: self.x.flip(signs), y: self.y.flip(signs), z: self.z.flip(signs) }
     }
@@ -83,7 +94,6 @@ impl<L: Lanes> Vector<L> {
         self.mul(low).max(self.mul(high)).sum()
     }
 
-    /// Exchanging the arguments negates every bit pattern but zeros', since nothing is fused.
     #[inline(always)]
     pub(super) fn cross(self, o: Self) -> Self {
         Self {

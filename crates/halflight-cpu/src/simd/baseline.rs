@@ -74,6 +74,10 @@ impl Lanes for Array {
         self.zip(other, |a, b| if a > b { a } else { b })
     }
     #[inline(always)]
+    fn abs(self) -> Self {
+        self.zip(self, |a, _| a.abs())
+    }
+    #[inline(always)]
     fn flip(self, signs: Self) -> Self {
         self.zip(signs, |a, s| f32::from_bits(a.to_bits() ^ (s.to_bits() & 0x8000_0000)))
     }

@@ -59,6 +59,7 @@ impl Lanes for Lanes8 {
         div(self: Self, other: Self) -> Self = Self(_mm256_div_ps(self.0, other.0));
         min(self: Self, other: Self) -> Self = Self(_mm256_min_ps(self.0, other.0));
         max(self: Self, other: Self) -> Self = Self(_mm256_max_ps(self.0, other.0));
+        abs(self: Self) -> Self = Self(_mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0));
         flip(self: Self, signs: Self) -> Self =
             Self(_mm256_xor_ps(self.0, _mm256_and_ps(signs.0, _mm256_set1_ps(-0.0))));
         select(self: Self, mask: u32, other: Self) -> Self = {
@@ -87,6 +88,7 @@ impl Lanes for Lanes16 {
         div(self: Self, other: Self) -> Self = Self(_mm512_div_ps(self.0, other.0));
         min(self: Self, other: Self) -> Self = Self(_mm512_min_ps(self.0, other.0));
         max(self: Self, other: Self) -> Self = Self(_mm512_max_ps(self.0, other.0));
+        abs(self: Self) -> Self = Self(_mm512_andnot_ps(_mm512_set1_ps(-0.0), self.0));
         flip(self: Self, signs: Self) -> Self =
             Self(_mm512_xor_ps(self.0, _mm512_and_ps(signs.0, _mm512_set1_ps(-0.0))));
         select(self: Self, mask: u32, other: Self) -> Self =

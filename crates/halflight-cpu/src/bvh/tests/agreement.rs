@@ -7,35 +7,12 @@ use halflight_core::mask::MaskBatch;
 use halflight_core::scene::Scene;
 
 use super::meshes::{Numbers, answer, ask, hall, lamp, patterns, scene, soup};
+use crate::bvh::exact::meets;
 use crate::bvh::{Bvh, BvhRays};
 use crate::simd::Isa;
 
-/// The predicate in plain scalar arithmetic: whether the open segment from `origin` to `origin + d` meets a triangle.
-fn meets([a, b, c]: [Vec3; 3], origin: Vec3, d: Vec3, padding: f32) -> bool {
-    let dot = |p: Vec3, q: Vec3| p.x * q.x + p.y * q.y + p.z * q.z;
-    let cross =
-        |p: Vec3, q: Vec3| Vec3::new(p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x);
-    let side = |p: Vec3, q: Vec3| dot(d, cross((p - origin) + (q - origin), q - p));
-    let face = cross(a - c, b - a);
-    let (distance, along) = (dot(face, a - origin), dot(face, d));
-    let sides = [side(a, b), side(b, c), side(c, a)];
-    let inside = if distance > 0.0 {
-        distance < along && sides.iter().all(|&s| s >= 0.0)
-    } else {
-        distance < 0.0 && distance > along && sides.iter().all(|&s| s <= 0.0)
-    };
-    let (low, high) = (a.min(b).min(c) - padding, a.max(b).max(c) + padding);
-    let (mut enter, mut leave) = (0.0f32, 1.0f32);
-    for axis in 0..3 {
-        let inverse = (1.0 / d[axis]).clamp(-1e30, 1e30);
-        let (p, q) = ((low[axis] - origin[axis]) * inverse, (high[axis] - origin[axis]) * inverse);
-        (enter, leave) = (enter.max(p.min(q)), leave.min(p.max(q)));
-    }
-    inside && enter <= leave
-}
-
 /// All wanted bits by brute force over all triangles.
-fn brute_force(bvh: &Bvh, scene: &Scene, batch: &MaskBatch) -> Vec<u64> {
+fn brute_force(scene: &Scene, batch: &MaskBatch) -> Vec<u64> {
     let mut out = Vec::new();
     for query in 0..batch.len() {
         let receiver = batch.queries()[query];
@@ -43,9 +20,9 @@ fn brute_force(bvh: &Bvh, scene: &Scene, batch: &MaskBatch) -> Vec<u64> {
             let mut visible = 0;
             for bit in (0..64).filter(|bit| wanted >> bit & 1 == 1) {
                 let place = batch.pattern().position(word * 64 + bit, receiver.key);
-                let d = scene.lights[0].point(place) - receiver.origin;
+                let end = scene.lights[0].point(place);
                 let hit = (0..scene.mesh.triangle_count())
-                    .any(|triangle| meets(scene.mesh.corners(triangle), receiver.origin, d, bvh.padding));
+                    .any(|triangle| meets(receiver.origin, end, scene.mesh.corners(triangle)));
                 visible |= u64::from(!hit) << bit;
             }
             out.push(visible);
@@ -89,7 +66,7 @@ fn compare(scene: &Scene, origins: &[Vec3], brute: usize) -> (u64, u64) {
             }
             let few = &origins[..brute.min(origins.len())];
             let mut batch = ask(few, pattern, sparse);
-            let brute = brute_force(&bvh, scene, &batch);
+            let brute = brute_force(scene, &batch);
             assert_eq!(difference(&brute, &expected[..brute.len()]), None, "{pattern:?} brute force");
             for isa in Isa::available() {
                 let found = answer(&mut single.clone().with_isa(isa), scene, &mut batch);

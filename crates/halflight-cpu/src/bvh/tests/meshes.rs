@@ -12,22 +12,22 @@ use halflight_core::scene::{Camera, Material, Mesh, Scene};
 use halflight_core::stages::Visibility;
 
 /// Numbers in 0 … 1 from a counter.
-pub(super) struct Numbers(pub(super) u32);
+pub(crate) struct Numbers(pub(super) u32);
 
 impl Numbers {
-    pub(super) fn next(&mut self) -> f32 {
+    pub(crate) fn next(&mut self) -> f32 {
         self.0 = self.0.wrapping_add(1);
         hash::unit_pair(hash::sample_bits(0x5eed, self.0)).0
     }
 
     /// A point in the cube −1 … 1.
-    pub(super) fn point(&mut self) -> Vec3 {
+    pub(crate) fn point(&mut self) -> Vec3 {
         Vec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
     }
 }
 
 /// A mesh of triangles given by their corners, one material.
-pub(super) fn mesh(corners: &[[Vec3; 3]]) -> Mesh {
+pub(crate) fn mesh(corners: &[[Vec3; 3]]) -> Mesh {
     Mesh {
         positions: corners.iter().flatten().copied().collect(),
         normals: vec![Vec3::Y; corners.len() * 3],
@@ -40,7 +40,7 @@ pub(super) fn mesh(corners: &[[Vec3; 3]]) -> Mesh {
 }
 
 /// Triangles of edge length `size` at random in the cube −1 … 1.
-pub(super) fn soup(count: usize, size: f32) -> Vec<[Vec3; 3]> {
+pub(crate) fn soup(count: usize, size: f32) -> Vec<[Vec3; 3]> {
     let mut numbers = Numbers(1);
     (0..count)
         .map(|_| {
@@ -55,24 +55,21 @@ fn quad(corner: Vec3, u: Vec3, v: Vec3) -> [[Vec3; 3]; 2] {
     [[corner, corner + u, corner + u + v], [corner, corner + u + v, corner + v]]
 }
 
-/// A closed box, twelve triangles.
-pub(super) fn cuboid(low: Vec3, high: Vec3) -> Vec<[Vec3; 3]> {
-    let (x, y, z) = (Vec3::X * (high - low), Vec3::Y * (high - low), Vec3::Z * (high - low));
-    [
-        quad(low, x, y),
-        quad(low, y, z),
-        quad(low, z, x),
-        quad(high, -x, -y),
-        quad(high, -y, -z),
-        quad(high, -z, -x),
-    ]
-    .into_iter()
-    .flatten()
-    .collect()
+/// A closed box, twelve triangles that share their corners bit for bit.
+pub(crate) fn cuboid(low: Vec3, high: Vec3) -> Vec<[Vec3; 3]> {
+    let corner = |bits: usize| {
+        let side = |axis: usize| if bits >> axis & 1 == 1 { high[axis] } else { low[axis] };
+        Vec3::new(side(0), side(1), side(2))
+    };
+    [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+        .into_iter()
+        .map(|face| face.map(corner))
+        .flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]])
+        .collect()
 }
 
 /// A closed sphere of unit radius about the origin, whose triangles share their corners bit for bit.
-pub(super) fn sphere(rings: usize) -> Vec<[Vec3; 3]> {
+pub(crate) fn sphere(rings: usize) -> Vec<[Vec3; 3]> {
     let point = |ring: usize, segment: usize| {
         if ring == 0 || ring == rings {
             return if ring == 0 { Vec3::Y } else { Vec3::NEG_Y };
@@ -98,7 +95,7 @@ pub(super) fn sphere(rings: usize) -> Vec<[Vec3; 3]> {
 }
 
 /// A floor, walls and two rows of columns with beams across them, in the box 0 … (8, 4, 16).
-pub(super) fn hall() -> Vec<[Vec3; 3]> {
+pub(crate) fn hall() -> Vec<[Vec3; 3]> {
     let mut out = cuboid(Vec3::ZERO, Vec3::new(8.0, 4.0, 16.0));
     for row in 0..8 {
         let z = 1.0 + 2.0 * row as f32;
@@ -118,12 +115,12 @@ pub(super) fn hall() -> Vec<[Vec3; 3]> {
 }
 
 /// A scene around a mesh.
-pub(super) fn scene(corners: &[[Vec3; 3]], light: AreaLight) -> Scene {
+pub(crate) fn scene(corners: &[[Vec3; 3]], light: AreaLight) -> Scene {
     Scene { mesh: mesh(corners), lights: vec![light], camera: Camera::default() }
 }
 
 /// A horizontal square light that shines down, its middle at `middle`.
-pub(super) fn lamp(middle: Vec3, size: f32) -> AreaLight {
+pub(crate) fn lamp(middle: Vec3, size: f32) -> AreaLight {
     AreaLight {
         corner: middle - Vec3::new(size, 0.0, size) * 0.5,
         edge_u: Vec3::X * size,
@@ -134,7 +131,7 @@ pub(super) fn lamp(middle: Vec3, size: f32) -> AreaLight {
 }
 
 /// Asks about `origins`, each with a key of its own, and a subset of the samples where `sparse`.
-pub(super) fn ask(origins: &[Vec3], pattern: Pattern, sparse: bool) -> MaskBatch {
+pub(crate) fn ask(origins: &[Vec3], pattern: Pattern, sparse: bool) -> MaskBatch {
     let mut batch = MaskBatch::default();
     batch.reset(0, pattern, Purpose::Refine);
     for (index, &origin) in origins.iter().enumerate() {
@@ -148,7 +145,7 @@ pub(super) fn ask(origins: &[Vec3], pattern: Pattern, sparse: bool) -> MaskBatch
 }
 
 /// Has a backend answer a batch and returns all visible bits that were wanted.
-pub(super) fn answer(visibility: &mut dyn Visibility, scene: &Scene, batch: &mut MaskBatch) -> Vec<u64> {
+pub(crate) fn answer(visibility: &mut dyn Visibility, scene: &Scene, batch: &mut MaskBatch) -> Vec<u64> {
     let (gbuffer, pyramid) = (GBuffer::default(), Pyramid::default());
     let frame = Frame {
         scene,
@@ -169,7 +166,7 @@ pub(super) fn answer(visibility: &mut dyn Visibility, scene: &Scene, batch: &mut
 }
 
 /// Patterns of all sizes and kinds.
-pub(super) fn patterns() -> impl Iterator<Item = Pattern> {
+pub(crate) fn patterns() -> impl Iterator<Item = Pattern> {
     [
         (PatternKind::Jittered, 64),
         (PatternKind::Grid, 16),

@@ -1,4 +1,6 @@
 //! Bundles against single rays against brute force, on made-up meshes.
 
 mod agreement;
-mod meshes;
+mod building;
+pub(crate) mod meshes;
+mod watertight;

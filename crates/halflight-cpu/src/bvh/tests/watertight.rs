@@ -1,0 +1,176 @@
+//! Nothing slips through closed meshes, and nothing shadows itself, at any scale and far from the origin.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use halflight_core::gbuffer::GBuffer;
+use halflight_core::light::AreaLight;
+use halflight_core::mask::{MaskBatch, Purpose};
+use halflight_core::pattern::{Pattern, PatternKind};
+use halflight_core::scene::{Camera, Scene};
+
+use super::meshes::{Numbers, answer, cuboid, lamp, mesh, scene, sphere};
+use crate::bvh::bundle::{Bundle, RAYS, Stacks};
+use crate::bvh::{Bvh, BvhRays};
+use crate::gbuffer;
+use crate::simd::{Isa, Kernel, Simd};
+
+/// Which of up to 64 segments from an origin are occluded, as a bundle and one by one.
+struct Segments<'a> {
+    bvh: &'a Bvh,
+    origin: Vec3,
+    ends: &'a [Vec3],
+}
+
+impl Kernel for Segments<'_> {
+    type Output = (u64, u64);
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> (u64, u64) {
+        let (mut bundle, mut stacks) = (Bundle::new(), Stacks::new());
+        bundle.clear(self.origin);
+        for &end in self.ends {
+            bundle.push_end(end);
+        }
+        bundle.finish::<S>();
+        let together = self.bvh.occluded::<S>(&bundle, &mut stacks);
+        let mut single = 0;
+        for ray in 0..bundle.count() {
+            let end = bundle.end(ray);
+            single |= u64::from(self.bvh.occludes::<S>(0, self.origin, end, &mut stacks.single)) << ray;
+        }
+        (together, single)
+    }
+}
+
+/// Segments from points inside through corners and edges of a closed mesh that are not stopped.
+fn leaks(corners: &[[Vec3; 3]], closed: &[[Vec3; 3]]) -> usize {
+    let bvh = Bvh::build(&mesh(corners)).unwrap();
+    let mut numbers = Numbers(5);
+    let mut leaks = 0;
+    for isa in Isa::available() {
+        for _ in 0..20 {
+            let origin = numbers.point() * 0.4;
+            let through: Vec<Vec3> = closed
+                .iter()
+                .flat_map(|&[a, b, c]| {
+                    let along = [0.5, numbers.next(), numbers.next() * 1e-3];
+                    [a, a.lerp(b, along[0]), b.lerp(c, along[1]), c.lerp(a, along[2])]
+                })
+                .collect();
+            for points in through.chunks(RAYS) {
+                let ends: Vec<Vec3> = points.iter().map(|&p| origin + (p - origin) * 2.0).collect();
+                let (together, single) = isa.run(Segments { bvh: &bvh, origin, ends: &ends });
+                assert_eq!(together, single, "{isa:?}");
+                leaks += ends.len() - together.count_ones() as usize;
+            }
+        }
+    }
+    leaks
+}
+
+#[test]
+fn rays_through_edges_and_corners_of_closed_meshes_are_stopped() {
+    for closed in [sphere(24), cuboid(Vec3::splat(-0.9), Vec3::splat(0.8))] {
+        assert_eq!(leaks(&closed, &closed), 0);
+        // A mesh with a hole must not pass.
+        assert!(leaks(&closed[1..], &closed) > 0);
+    }
+}
+
+/// Scale and shift of everything in a scene.
+fn placed(mut scene: Scene, scale: f32, shift: Vec3) -> Scene {
+    let place = |p: Vec3| p * scale + shift;
+    scene.mesh.positions.iter_mut().for_each(|p| *p = place(*p));
+    for light in &mut scene.lights {
+        light.corner = place(light.corner);
+        light.edge_u *= scale;
+        light.edge_v *= scale;
+    }
+    scene.camera.eye = place(scene.camera.eye);
+    scene.camera.target = place(scene.camera.target);
+    scene
+}
+
+/// Scales and shifts that must not matter. Scenes of a few units are still resolved at 1e5, tiny ones are not.
+fn placements() -> impl Iterator<Item = (f32, Vec3)> {
+    let far = Vec3::new(1e5, -1e5, 1e5);
+    [(1e-3, Vec3::ZERO), (1.0, Vec3::ZERO), (1e4, Vec3::ZERO), (1.0, far), (1e2, far)].into_iter()
+}
+
+/// Traces the scene and returns how many receivers there are for which `counts` holds, and how many of their samples at
+/// least `sine` above the receiver's horizon are visible and not visible.
+fn shadows(scene: &Scene, sine: f32, counts: impl Fn(Vec3) -> bool) -> (usize, u64, u64) {
+    let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
+    let mut pixels = GBuffer::default();
+    gbuffer::trace(&bvh, scene, 61, 47, &mut pixels);
+    let pattern = Pattern::with_count(PatternKind::Jittered, 64).unwrap();
+    let mut batch = MaskBatch::default();
+    batch.reset(0, pattern, Purpose::Refine);
+    for pixel in 0..pixels.pixels() {
+        let Some(receiver) = pixels.receiver(pixel).filter(|receiver| counts(receiver.origin)) else {
+            continue;
+        };
+        let above = |&sample: &usize| {
+            let d = scene.lights[0].point(pattern.position(sample, pixel as u32)) - receiver.origin;
+            d.normalize().dot(receiver.normal) > sine
+        };
+        let subset = (0..64).filter(above).fold(0, |bits, sample| bits | 1u64 << sample);
+        batch.push(receiver.origin, receiver.normal, pixel as u32, pixel as u32, Some(&[subset]));
+    }
+    let visible = answer(&mut BvhRays::new(bvh), scene, &mut batch);
+    let wanted: u64 = (0..batch.len()).map(|query| u64::from(batch.wanted(query)[0].count_ones())).sum();
+    let visible: u64 = visible.iter().map(|bits| u64::from(bits.count_ones())).sum();
+    (batch.len(), visible, wanted - visible)
+}
+
+#[test]
+fn open_floors_and_convex_bodies_do_not_shadow_themselves() {
+    let floor = [
+        [Vec3::ZERO, Vec3::Z * 4.0, Vec3::X * 4.0],
+        [Vec3::Z * 4.0, Vec3::new(4.0, 0.0, 4.0), Vec3::X * 4.0],
+    ];
+    let camera =
+        Camera { eye: Vec3::new(0.5, 2.5, 6.0), target: Vec3::new(2.0, 0.0, 2.0), ..Camera::default() };
+    let floor = Scene { camera, ..scene(&floor, lamp(Vec3::new(2.0, 3.0, 2.0), 1.0)) };
+    let light = lamp(Vec3::new(1.0, 3.0, 2.0), 1.0);
+    let camera = Camera { eye: Vec3::new(0.5, 2.0, 3.0), target: Vec3::ZERO, ..Camera::default() };
+    let round = Scene { camera, ..scene(&sphere(24), light) };
+    let edged = Scene { camera, ..scene(&cuboid(Vec3::splat(-0.8), Vec3::splat(0.8)), light) };
+    for (scale, shift) in placements() {
+        for (name, scene) in [("floor", &floor), ("sphere", &round), ("box", &edged)] {
+            let scene = placed(scene.clone(), scale, shift);
+            // Far away, corners are rounded to 1/128, so that neighbouring facets of the sphere, 0.13 across, may tilt
+            // by 0.06 against each other and are no longer convex.
+            let (receivers, visible, shadowed) =
+                shadows(&scene, if shift == Vec3::ZERO { 1e-3 } else { 0.1 }, |_| true);
+            assert!(receivers > 200 && visible > 2000, "{name} {scale} {shift}: {receivers}, {visible}");
+            assert_eq!(shadowed, 0, "{name} scaled by {scale}, moved by {shift}, of {visible}");
+        }
+    }
+}
+
+#[test]
+fn closed_boxes_let_nothing_in() {
+    let closed = cuboid(Vec3::splat(-1.0), Vec3::splat(1.0));
+    let light = AreaLight { corner: Vec3::new(-1.5, 1.5, -1.5), ..lamp(Vec3::ZERO, 3.0) };
+    let camera = Camera {
+        eye: Vec3::new(0.3, 0.2, 0.8),
+        target: Vec3::new(-0.2, -0.1, 0.0),
+        up: Vec3::Y,
+        fov_y_deg: 120.0,
+    };
+    for (scale, shift) in placements() {
+        let scene = placed(Scene { camera, ..scene(&closed, light) }, scale, shift);
+        // Far away, positions next to a wall are rounded onto it, and a receiver in the wall is not inside.
+        let (low, high) = scene.mesh.bounds().unwrap();
+        let inside = |origin: Vec3| origin.cmpgt(low).all() && origin.cmplt(high).all();
+        // All samples, those below the horizon as well.
+        let (receivers, visible, shadowed) = shadows(&scene, -1.0, inside);
+        assert!(
+            receivers > if scale == 1.0 && shift != Vec3::ZERO { 2700 } else { 61 * 47 - 1 },
+            "{receivers}"
+        );
+        assert_eq!(visible, 0, "scaled by {scale}, moved by {shift}, of {shadowed}");
+    }
+}
