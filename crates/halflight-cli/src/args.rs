@@ -36,7 +36,7 @@ Examples:
 pub(crate) enum Command {
     /// Render a scene: a picture, an image with all layers, a map of the fragments, statistics.
     #[command(after_help = RENDER_EXAMPLES)]
-    Render(Render),
+    Render(Box<Render>),
     /// Compute a converged image that others are compared with; a stopped run goes on where it was.
     #[command(after_help = "\
 Examples:

@@ -15,6 +15,7 @@ use crate::scene::{self, Ready};
 use crate::terminal::say;
 
 pub(crate) fn run(args: &Reference) -> Outcome {
+    scene::check_folder(&args.out)?;
     scene::use_threads(args.threads)?;
     let name = &args.scene.scene;
     let Ready { scene, bvh, .. } = scene::load(name)?;

@@ -11,7 +11,7 @@ use halflight_lab::exr_file::{ExrFile, RGB};
 use halflight_lab::picture;
 use halflight_metrics::{write_atomically, write_png};
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::Outcome;
 use crate::args::Render;
@@ -38,6 +38,8 @@ pub(crate) fn run(args: &Render) -> Outcome {
     }
     // The command line asks for a scene wherever it gets here.
     let name = args.scene.as_deref().unwrap_or_default();
+    let outputs = [&args.out, &args.png, &args.fragment_map, &args.stats];
+    outputs.into_iter().flatten().try_for_each(|path| scene::check_folder(path))?;
     scene::use_threads(args.threads)?;
     let Ready { scene, bvh, .. } = scene::load(name)?;
     let build_ms = bvh.build_time().as_secs_f64() * 1e3;
@@ -50,7 +52,7 @@ pub(crate) fn run(args: &Render) -> Outcome {
         args.out.is_none() && args.png.is_none() && args.fragment_map.is_none() && args.stats.is_none();
     let default_png = silent.then(|| PathBuf::from(format!("{}.png", scene::stem(name))));
     if let Some(path) = &args.out {
-        layers(&pipeline, name, &config).write(path)?;
+        layers(&pipeline, name, &config)?.write(path)?;
         say(&format!("wrote {}", path.display()));
     }
     let (width, height) = (config.width, config.height);
@@ -76,8 +78,10 @@ pub(crate) fn run(args: &Render) -> Outcome {
 }
 
 /// The frame with all its layers.
-fn layers(pipeline: &Pipeline, scene: &str, config: &PipelineConfig) -> ExrFile {
+fn layers(pipeline: &Pipeline, scene: &str, config: &PipelineConfig) -> serde_json::Result<ExrFile> {
     let (image, gbuffer) = (pipeline.image(), pipeline.gbuffer());
+    // By way of text, which has 0.05 where the nearest f64 of an f32 is 0.05000000074505806.
+    let config: Value = serde_json::from_str(&serde_json::to_string(config)?)?;
     let metadata = json!({
         "program": halflight_lab::PROGRAM,
         "commit": halflight_lab::COMMIT,
@@ -89,10 +93,11 @@ fn layers(pipeline: &Pipeline, scene: &str, config: &PipelineConfig) -> ExrFile 
     let visibility: Vec<Vec3> = image.visibility.iter().map(|&part| Vec3::splat(part)).collect();
     file.add_vectors("visibility", RGB, &visibility);
     file.add_geometry(gbuffer);
-    // -1 where nothing is seen.
-    let level = |&level: &u8| if level == u8::MAX { -1.0 } else { f32::from(level) };
-    file.add_plane("level", "Y", image.level.iter().map(level).collect());
-    file
+    // -1 where nothing is seen, although cells may reach there.
+    let level =
+        |(pixel, &level): (usize, &u8)| if gbuffer.is_receiver(pixel) { f32::from(level) } else { -1.0 };
+    file.add_plane("level", "Y", image.level.iter().enumerate().map(level).collect());
+    Ok(file)
 }
 
 /// A short account for people.

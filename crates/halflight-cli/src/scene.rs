@@ -39,3 +39,13 @@ pub(crate) fn use_threads(threads: Option<u16>) -> Result<(), rayon::ThreadPoolB
         None => Ok(()),
     }
 }
+
+/// Refuses an output file whose folder is missing, before any work is done for it.
+pub(crate) fn check_folder(file: &Path) -> Result<(), String> {
+    match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            Err(format!("cannot write {}: there is no folder {}", file.display(), folder.display()))
+        }
+        _ => Ok(()),
+    }
+}

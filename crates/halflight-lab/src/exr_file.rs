@@ -166,8 +166,8 @@ impl ExrFile {
                 }
                 list.push(AnyChannel::new(text(name)?, FlatSamples::F32(values.clone())));
             }
-            let mut attributes = LayerAttributes::default();
-            attributes.software_name = Some(text(crate::PROGRAM)?);
+            let software_name = Some(text(crate::PROGRAM)?);
+            let mut attributes = LayerAttributes { software_name, ..LayerAttributes::default() };
             // One attribute: several would be written in random order, and equal images would not be equal files.
             let metadata = AttributeValue::Text(text(&ascii_json(&self.metadata))?);
             attributes.other.insert(text(METADATA)?, metadata);
@@ -201,7 +201,7 @@ pub fn read(path: &Path) -> Result<ExrFile, ReadError> {
     file.width = u32::try_from(width).map_err(|error| format(error.to_string()))?;
     file.height = u32::try_from(height).map_err(|error| format(error.to_string()))?;
     let mut attributes = image.attributes.other.iter().chain(&first.attributes.other);
-    if let Some((_, AttributeValue::Text(json))) = attributes.find(|(name, _)| name.to_string() == METADATA) {
+    if let Some((_, AttributeValue::Text(json))) = attributes.find(|(name, _)| **name == *METADATA) {
         file.metadata = serde_json::from_str(&json.to_string()).unwrap_or_default();
     }
     for layer in image.layer_data {

@@ -1,5 +1,7 @@
 //! Image files: what is written is read back, and what is no image is refused with a reason.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail their test")]
+
 use std::fs;
 use std::path::PathBuf;
 

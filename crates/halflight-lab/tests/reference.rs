@@ -1,5 +1,7 @@
 //! References: the truth where it is known, less noise with more samples, and stopped runs that go on.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail their test")]
+
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
