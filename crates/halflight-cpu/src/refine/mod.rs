@@ -4,6 +4,8 @@ mod full;
 mod nichols;
 mod place;
 mod sfvt_gass;
+#[cfg(test)]
+mod tests;
 
 pub use full::Full;
 pub use nichols::{Nichols, NicholsConfig};

@@ -75,14 +75,11 @@ impl Level {
         self.queries[(y * self.width + x) as usize] != NONE
     }
 
-    /// Queries of the rendered fragments among cell (x, y) and its eight neighbours at `step` cells' distance.
-    fn around(&self, x: u32, y: u32, step: u32) -> impl Iterator<Item = usize> + '_ {
-        let reach = [x.wrapping_sub(step), x, x + step];
-        [y.wrapping_sub(step), y, y + step].into_iter().flat_map(move |y| {
-            reach.into_iter().filter_map(move |x| {
-                if x >= self.width || y >= self.height {
-                    return None;
-                }
+    /// Queries of the rendered fragments among cell (x, y) and its neighbours up to `radius` cells away.
+    fn around(&self, x: u32, y: u32, radius: u32) -> impl Iterator<Item = usize> + '_ {
+        let columns = x.saturating_sub(radius)..(x + radius + 1).min(self.width);
+        (y.saturating_sub(radius)..(y + radius + 1).min(self.height)).flat_map(move |y| {
+            columns.clone().filter_map(move |x| {
                 let query = self.queries[(y * self.width + x) as usize];
                 (query != NONE).then_some(query as usize)
             })
@@ -145,6 +142,12 @@ impl Nichols {
         }
     }
 
+    /// Reach of a neighbourhood, in cells: 1, that is 3 × 3. Of interleaved fragments only every other one has traced the
+    /// same samples, so that theirs is 5 × 5.
+    fn radius(&self) -> u32 {
+        if self.config.interleaved { 2 } else { 1 }
+    }
+
     fn broken(&self, frame: &Frame, level: u8, x: u32, y: u32) -> bool {
         let (depth, curvature) = geometry_breaks(frame, &self.config.geometry, level, x, y);
         depth || curvature
@@ -173,7 +176,7 @@ impl Nichols {
             let cells = &self.levels[usize::from(level) + 1];
             (cells, out.batch(cells.batch))
         });
-        let (interleaved, phases) = (self.config.interleaved, &self.phases);
+        let (interleaved, phases, radius) = (self.config.interleaved, &self.phases, self.radius());
         let (queries, wanted, _) = batch.slots_mut();
         queries
             .par_iter_mut()
@@ -196,7 +199,7 @@ impl Nichols {
                     return;
                 };
                 for word in 0..words {
-                    let votes = Votes::count(batch, cells.around(cell.x / 2, cell.y / 2, 1), word);
+                    let votes = Votes::count(batch, cells.around(cell.x / 2, cell.y / 2, radius), word);
                     known[word] = (votes.lit ^ votes.unlit) & wanted[word];
                     visible[word] = votes.lit & known[word];
                     wanted[word] &= !known[word];
@@ -221,9 +224,7 @@ impl Nichols {
     fn compare(&mut self, frame: &Frame, light: u32, level: u8, fragments: &Fragments) {
         let cells = &self.levels[usize::from(level)];
         let batch = fragments.batch(cells.batch);
-        let words = batch.words();
-        // Of interleaved fragments only every other one has traced the same samples.
-        let step = if self.config.interleaved { 2 } else { 1 };
+        let (words, radius) = (batch.words(), self.radius());
         let samples = frame.pattern.len() / if self.config.interleaved { 4 } else { 1 };
         let enough = (self.config.visibility_threshold * samples as f32).max(1.0);
         if self.config.irradiance_threshold.is_some() {
@@ -237,10 +238,11 @@ impl Nichols {
         let (values, brightest) = (&self.values, self.brightest);
         let threshold = self.config.irradiance_threshold;
         let flag = |&(cell, _): &(Pending, u32)| {
+            let own = cells.queries[(cell.y * cells.width + cell.x) as usize] as usize;
             let changed: u32 = (0..words)
                 .map(|word| {
-                    let votes = Votes::count(batch, cells.around(cell.x, cell.y, step), word);
-                    (votes.lit & votes.unlit).count_ones()
+                    let votes = Votes::count(batch, cells.around(cell.x, cell.y, radius), word);
+                    (votes.lit & votes.unlit & batch.wanted(own)[word]).count_ones()
                 })
                 .sum();
             changed as f32 >= enough

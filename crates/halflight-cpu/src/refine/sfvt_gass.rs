@@ -3,7 +3,7 @@
 use halflight_core::fragment::{Fragments, Sample};
 use halflight_core::frame::Frame;
 use halflight_core::hash;
-use halflight_core::mask::Purpose;
+use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::Pattern;
 use halflight_core::stages::{Refiner, Visibility};
 use rayon::prelude::*;
@@ -71,7 +71,7 @@ pub struct SfvtGass {
 
 /// What the masks of a fragment say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Verdict {
+pub(super) enum Verdict {
     /// Every ray was blocked: value 0, as its masks say, and no additional samples.
     Dark,
     /// Keep it, with its masks.
@@ -174,56 +174,54 @@ impl SfvtGass {
 
     /// Judges every tested fragment by its masks.
     fn judge(&mut self, fragments: &Fragments, batch: u16, slots: usize, level: u8) {
+        let mut verdicts = std::mem::take(&mut self.verdicts);
+        let verdict = |fragment| self.verdict(fragments.batch(batch), fragment, slots, level);
+        (0..self.tested.len()).into_par_iter().with_min_len(256).map(verdict).collect_into_vec(&mut verdicts);
+        self.verdicts = verdicts;
+    }
+
+    /// Judges one fragment: the `slots` queries from `fragment * slots` on.
+    pub(super) fn verdict(&self, batch: &MaskBatch, fragment: usize, slots: usize, level: u8) -> Verdict {
         let config = &self.config;
-        let batch = fragments.batch(batch);
-        let words = batch.words();
         let samples = batch.pattern().len() as u32;
         let scaled = |bits: u32| bits * samples / 16;
         let threshold = scaled(if level <= 2 { config.fine_threshold } else { config.coarse_threshold });
-        let gradient_threshold = scaled(config.gradient_threshold);
-        let verdict = |fragment: usize| {
-            let (mut differing, mut any_visible) = (0, false);
-            let mut gradient = [0u32; 4];
-            for word in 0..words {
-                // Folded to one (known, visible) pair a quadrant.
-                let mut quadrants = [(0u64, 0u64); 4];
-                for slot in 0..slots {
-                    let query = fragment * slots + slot;
-                    let known = batch.wanted(query)[word];
-                    let quadrant = &mut quadrants[slot * 4 / slots];
-                    quadrant.0 |= known;
-                    quadrant.1 |= batch.visible(query)[word] & known;
-                }
-                let lit = quadrants.iter().fold(0, |lit, &(_, visible)| lit | visible);
-                let unlit = quadrants.iter().fold(0, |unlit, &(known, visible)| unlit | (known & !visible));
-                any_visible |= lit != 0;
-                // The OR of all six pairwise XORs (Eq. 1, which as printed leaves A⊕C out), over bits that both sides know.
-                differing += (lit & unlit).count_ones();
-                for (edge, gradient) in gradient.iter_mut().enumerate() {
-                    let (a, b) = (quadrants[RING[edge]], quadrants[RING[(edge + 1) % 4]]);
-                    *gradient += ((a.1 ^ b.1) & a.0 & b.0).count_ones();
-                }
+        let (mut differing, mut any_visible) = (0, false);
+        let mut gradient = [0u32; 4];
+        for word in 0..batch.words() {
+            // Folded to one (known, visible) pair a quadrant.
+            let mut quadrants = [(0u64, 0u64); 4];
+            for slot in 0..slots {
+                let query = fragment * slots + slot;
+                let known = batch.wanted(query)[word];
+                let quadrant = &mut quadrants[slot * 4 / slots];
+                quadrant.0 |= known;
+                quadrant.1 |= batch.visible(query)[word] & known;
             }
-            if !any_visible && config.dark_culling {
-                return Verdict::Dark;
+            let lit = quadrants.iter().fold(0, |lit, &(_, visible)| lit | visible);
+            let unlit = quadrants.iter().fold(0, |unlit, &(known, visible)| unlit | (known & !visible));
+            any_visible |= lit != 0;
+            // The OR of all six pairwise XORs (Eq. 1, which as printed leaves A⊕C out), over bits that both sides know.
+            differing += (lit & unlit).count_ones();
+            for (edge, gradient) in gradient.iter_mut().enumerate() {
+                let (a, b) = (quadrants[RING[edge]], quadrants[RING[(edge + 1) % 4]]);
+                *gradient += ((a.1 ^ b.1) & a.0 & b.0).count_ones();
             }
-            let split = if config.inclusive { differing >= threshold.max(1) } else { differing > threshold };
-            if !split {
-                return Verdict::Stable;
+        }
+        if !any_visible && config.dark_culling {
+            return Verdict::Dark;
+        }
+        let split = if config.inclusive { differing >= threshold.max(1) } else { differing > threshold };
+        if !split {
+            return Verdict::Stable;
+        }
+        let mut deep = 0;
+        for (edge, &gradient) in gradient.iter().enumerate() {
+            if gradient > scaled(config.gradient_threshold) {
+                deep |= 1 << RING[edge] | 1 << RING[(edge + 1) % 4];
             }
-            let mut deep = 0;
-            for (edge, &gradient) in gradient.iter().enumerate() {
-                if gradient > gradient_threshold {
-                    deep |= 1 << RING[edge] | 1 << RING[(edge + 1) % 4];
-                }
-            }
-            Verdict::Split(deep)
-        };
-        (0..self.tested.len())
-            .into_par_iter()
-            .with_min_len(256)
-            .map(verdict)
-            .collect_into_vec(&mut self.verdicts);
+        }
+        Verdict::Split(deep)
     }
 
     /// Carries the verdicts out: keeps, blackens or splits.

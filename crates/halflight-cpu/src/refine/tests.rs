@@ -1,0 +1,229 @@
+//! What refiners decide, on masks and images made by hand.
+
+use glam::Vec3;
+use halflight_core::fragment::Fragments;
+use halflight_core::frame::{Frame, Sharing};
+use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
+use halflight_core::light::AreaLight;
+use halflight_core::mask::{MaskBatch, Purpose};
+use halflight_core::pattern::{Pattern, PatternKind};
+use halflight_core::pyramid::Pyramid;
+use halflight_core::scene::Scene;
+use halflight_core::stages::{Refiner, Visibility};
+
+use super::place::fragment_point;
+use super::sfvt_gass::Verdict;
+use super::*;
+
+const SIXTEEN: Pattern = Pattern { kind: PatternKind::Grid, columns: 4, rows: 4 };
+
+/// A floor that fills the image, under a square light.
+struct Floor {
+    scene: Scene,
+    gbuffer: GBuffer,
+    pyramid: Pyramid,
+}
+
+impl Floor {
+    fn new(width: u32, height: u32) -> Self {
+        let light = AreaLight {
+            corner: Vec3::new(-1.0, 4.0, -1.0),
+            edge_u: Vec3::X * 2.0,
+            edge_v: Vec3::Z * 2.0,
+            radiance: Vec3::ONE,
+            two_sided: false,
+        };
+        let mut gbuffer = GBuffer { scene_size: 1.0, ..GBuffer::default() };
+        gbuffer.reset(width, height);
+        gbuffer.depth.fill(1.0);
+        gbuffer.normal.fill(Vec3::Y);
+        gbuffer.primitive.fill(0);
+        for pixel in 0..gbuffer.pixels() {
+            let (x, y) = (pixel as u32 % width, pixel as u32 / width);
+            gbuffer.position[pixel] = Vec3::new(x as f32 / 64.0 - 1.0, 0.0, y as f32 / 64.0 - 1.0);
+        }
+        let mut pyramid = Pyramid::default();
+        crate::pyramid::build(&gbuffer, 7, &mut pyramid);
+        Self { scene: Scene { lights: vec![light], ..Scene::default() }, gbuffer, pyramid }
+    }
+
+    fn refine(&self, refiner: &mut dyn Refiner, seen: impl Fn(u32, u32) -> u64 + Send) -> (Fragments, u64) {
+        let pattern = Pattern { kind: PatternKind::Grid, columns: 8, rows: 8 };
+        let (gbuffer, pyramid) = (&self.gbuffer, &self.pyramid);
+        let frame = Frame {
+            scene: &self.scene,
+            gbuffer,
+            pyramid,
+            pattern,
+            sharing: Sharing::Frame,
+            index: 0,
+            seed: 0,
+        };
+        let mut fragments = Fragments::default();
+        fragments.reset(gbuffer.width, gbuffer.height, 0);
+        let mut painted = Painted { seen, rays: 0 };
+        refiner.refine(&frame, 0, &mut painted, &mut fragments);
+        fragments.validate().unwrap();
+        (fragments, painted.rays)
+    }
+}
+
+/// Visibility painted on the image: the mask that each pixel sees.
+struct Painted<F> {
+    seen: F,
+    rays: u64,
+}
+
+impl<F: Fn(u32, u32) -> u64 + Send> Visibility for Painted<F> {
+    fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
+        let words = batch.words();
+        let (queries, wanted, visible) = batch.slots_mut();
+        for (index, query) in queries.iter().enumerate() {
+            let (x, y) = (query.pixel % frame.gbuffer.width, query.pixel / frame.gbuffer.width);
+            let seen = (self.seen)(x, y);
+            for word in index * words..(index + 1) * words {
+                self.rays += u64::from(wanted[word].count_ones());
+                visible[word] = wanted[word] & seen;
+            }
+        }
+    }
+}
+
+/// The verdict on one fragment whose quadrants have these masks.
+fn verdict(config: SfvtGassConfig, level: u8, masks: [u16; 4]) -> Verdict {
+    let mut fragments = Fragments::default();
+    fragments.reset(8, 8, 0);
+    let batch = fragments.open_batch(SIXTEEN, Purpose::Refine);
+    for mask in masks {
+        fragments.batch_mut(batch).push(Vec3::ZERO, Vec3::Y, 0, 0, None);
+        let (queries, _, visible) = fragments.batch_mut(batch).slots_mut();
+        visible[queries.len() - 1] = u64::from(mask);
+    }
+    SfvtGass::new(config).verdict(fragments.batch(batch), 0, 4, level)
+}
+
+#[test]
+fn a_fragment_splits_when_more_bits_differ_than_the_threshold() {
+    let paper = SfvtGassConfig::default();
+    let inclusive = SfvtGassConfig { inclusive: true, ..paper };
+    let all = 0xffff;
+    assert_eq!(verdict(paper, 2, [0; 4]), Verdict::Dark);
+    assert_eq!(verdict(SfvtGassConfig { dark_culling: false, ..paper }, 2, [0; 4]), Verdict::Stable);
+    assert_eq!(verdict(paper, 2, [all; 4]), Verdict::Stable);
+    // Two bits, one of them only between the diagonal quadrants A and D: level 2 bears two, level 3 one.
+    let two = [all, all ^ 1, all, all ^ 2];
+    assert_eq!(verdict(paper, 2, two), Verdict::Stable);
+    assert_eq!(verdict(inclusive, 2, two), Verdict::Split(0));
+    assert_eq!(verdict(paper, 3, two), Verdict::Split(0));
+    assert_eq!(verdict(paper, 3, [all, all ^ 1, all, all]), Verdict::Stable);
+    assert_eq!(verdict(inclusive, 3, [all, all ^ 1, all, all]), Verdict::Split(0));
+    // Equal masks of a penumbra are stable, however few samples they see.
+    assert_eq!(verdict(paper, 4, [0x0f0f; 4]), Verdict::Stable);
+}
+
+#[test]
+fn steep_gradients_split_both_their_quadrants_two_levels_down() {
+    let paper = SfvtGassConfig::default();
+    // Quadrants in rows: A B / C D; the ring is A-B, B-D, D-C, C-A.
+    assert_eq!(verdict(paper, 3, [0xffff, 0x00ff, 0xffff, 0x00ff]), Verdict::Split(0b1111));
+    assert_eq!(
+        verdict(paper, 3, [0xffff, 0xff80, 0xffff, 0xff80]),
+        Verdict::Split(0),
+        "seven bits are not above seven"
+    );
+    // Only A differs steeply: A-B and A-C are steep, D stays.
+    assert_eq!(verdict(paper, 3, [0x00ff, 0xffff, 0xffff, 0xffff]), Verdict::Split(0b0111));
+    let koa16 = SfvtGassConfig { gradient_threshold: 4, coarse_threshold: 1, fine_threshold: 1, ..paper };
+    assert_eq!(verdict(koa16, 3, [0xffff, 0xff80, 0xffff, 0xff80]), Verdict::Split(0b1111));
+}
+
+#[test]
+fn sharing_deals_every_sample_out_once() {
+    for (columns, rows) in [(4, 4), (8, 8), (2, 2), (7, 1), (1, 5), (5, 3)] {
+        let pattern = Pattern { kind: PatternKind::Grid, columns, rows };
+        let mut counts = [0; 4];
+        for sample in 0..pattern.len() {
+            counts[quarter(pattern, sample)] += 1;
+        }
+        assert_eq!(counts.iter().sum::<usize>(), pattern.len());
+        if columns % 2 == 0 && rows % 2 == 0 {
+            assert_eq!(counts, [pattern.len() / 4; 4]);
+        }
+    }
+}
+
+#[test]
+fn fragments_are_evaluated_right_of_and_below_their_centre() {
+    let mut gbuffer = Floor::new(10, 6).gbuffer;
+    let at = |gbuffer: &GBuffer, x, y| Some(gbuffer.index(x, y));
+    assert_eq!(fragment_point(&gbuffer, 0, 0, 4), at(&gbuffer, 2, 2));
+    assert_eq!(fragment_point(&gbuffer, 0, 0, 1), at(&gbuffer, 0, 0));
+    // The centre of a clipped fragment is clamped into the image.
+    assert_eq!(fragment_point(&gbuffer, 8, 4, 8), at(&gbuffer, 9, 5));
+    assert_eq!(fragment_point(&gbuffer, 10, 0, 2), None);
+    // No receiver at the centre: the nearest one of the square, or none.
+    for (x, y) in [(2, 2), (1, 2), (2, 1), (3, 2), (2, 3)] {
+        let pixel = gbuffer.index(x, y);
+        gbuffer.primitive[pixel] = NO_PRIMITIVE;
+    }
+    assert_eq!(fragment_point(&gbuffer, 0, 0, 4), at(&gbuffer, 1, 1));
+    gbuffer.primitive.fill(NO_PRIMITIVE);
+    assert_eq!(fragment_point(&gbuffer, 0, 0, 4), None);
+}
+
+#[test]
+fn an_open_floor_stays_coarse_and_a_shadow_edge_is_followed_to_pixels() {
+    let floor = Floor::new(256, 128);
+    let (open, rays) = floor.refine(&mut SfvtGass::default(), |_, _| u64::MAX);
+    // Two fragments of 128², 64 rays each, and three additional samples of 64 each.
+    assert_eq!((open.cells().len(), open.samples().len(), rays), (2, 8, 2 * 64 + 6 * 64));
+    let (edge, _) = floor.refine(&mut SfvtGass::default(), |x, _| if x < 101 { 0 } else { u64::MAX });
+    let on_edge = |fragments: &Fragments, x: u32| {
+        let inside = |(x0, _, x1, _): (u32, u32, u32, u32)| (x0..x1).contains(&x);
+        fragments.cells().iter().filter(|cell| inside(cell.pixels(256, 128))).map(|cell| cell.level).max()
+    };
+    assert_eq!((on_edge(&edge, 100), on_edge(&edge, 101)), (Some(0), Some(0)));
+    assert!(on_edge(&edge, 200) >= Some(5), "far from the edge fragments stay large");
+    let (open, rays) = floor.refine(&mut Nichols::default(), |_, _| u64::MAX);
+    assert_eq!((open.cells().len(), rays), (16 * 8, 16 * 8 * 64));
+    let (edge, _) = floor.refine(&mut Nichols::default(), |x, _| if x < 101 { 0 } else { u64::MAX });
+    assert_eq!((on_edge(&edge, 100), on_edge(&edge, 101)), (Some(0), Some(0)));
+    assert_eq!(on_edge(&edge, 200), Some(4));
+}
+
+#[test]
+fn incremental_and_interleaved_sampling_trace_less_of_the_same_shadow() {
+    let floor = Floor::new(128, 128);
+    let rays = |incremental, interleaved| {
+        let config = NicholsConfig { incremental, interleaved, ..NicholsConfig::default() };
+        // Three quarters of the samples are hidden in a disc; on the others every neighbourhood agrees.
+        let seen = |x: u32, y: u32| if x * x + y * y < 5000 { 0xff00_ff00 } else { u64::MAX };
+        let (fragments, rays) = floor.refine(&mut Nichols::new(config), seen);
+        for sample in fragments.samples() {
+            let (x, y) = (sample.pixel % 128, sample.pixel / 128);
+            let batch = fragments.batch(sample.batch);
+            let (wanted, visible) =
+                (batch.wanted(sample.first as usize)[0], batch.visible(sample.first as usize)[0]);
+            let asked = if interleaved { 16 } else { 64 };
+            assert_eq!(wanted.count_ones(), asked, "every sample knows all that it asked for");
+            assert_eq!(visible, wanted & seen(x, y), "pixel {x},{y}");
+        }
+        rays
+    };
+    let all = rays(false, false);
+    assert!(rays(true, false) < all);
+    assert!(rays(false, true) < all / 2);
+    assert!(rays(true, true) <= rays(false, true));
+}
+
+#[test]
+fn culled_fragments_hold_no_probes() {
+    let mut floor = Floor::new(64, 64);
+    floor.gbuffer.normal.fill(-Vec3::Y);
+    for name in ["nichols", "sfvt-gass"] {
+        let mut refiner = crate::config::RefinerConfig::named(name).unwrap().stage();
+        let (fragments, rays) = floor.refine(refiner.as_mut(), |_, _| u64::MAX);
+        assert_eq!(rays, 0, "{name}");
+        assert!(fragments.samples().iter().all(|sample| sample.probes == 0) && !fragments.cells().is_empty());
+    }
+}
