@@ -43,6 +43,7 @@ fn check(
         }
     }
     for (pixel, &cells) in covered.iter().enumerate() {
+        assert_eq!(image.level[pixel] == u8::MAX, !gbuffer.is_receiver(pixel), "{name}: level at {pixel}");
         assert!(
             cells <= 1 && (cells == 1 || !gbuffer.is_receiver(pixel)),
             "{name}: pixel {pixel} lies in {cells} cells"

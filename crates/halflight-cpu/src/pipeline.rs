@@ -368,7 +368,7 @@ impl State {
                 *total += count;
             }
             if builder.layers {
-                merge_levels(&buffers.fragments, &mut image.level);
+                merge_levels(&buffers.gbuffer, &buffers.fragments, &mut image.level);
             }
         }
         stats.total_ms = start.elapsed().as_secs_f64() * 1e3;
@@ -413,13 +413,14 @@ fn lap(clock: &mut Instant) -> f64 {
     ms
 }
 
-fn merge_levels(fragments: &Fragments, levels: &mut [u8]) {
+fn merge_levels(gbuffer: &GBuffer, fragments: &Fragments, levels: &mut [u8]) {
     for cell in fragments.cells() {
         let (x0, y0, x1, y1) = cell.pixels(fragments.width(), fragments.height());
         for y in y0..y1 {
-            let row = (y * fragments.width()) as usize;
-            for level in &mut levels[row + x0 as usize..row + x1 as usize] {
-                *level = cell.level.min(*level);
+            for pixel in gbuffer.index(x0, y)..gbuffer.index(x1, y) {
+                if gbuffer.is_receiver(pixel) {
+                    levels[pixel] = cell.level.min(levels[pixel]);
+                }
             }
         }
     }
