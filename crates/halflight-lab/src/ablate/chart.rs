@@ -5,7 +5,7 @@ use std::path::Path;
 use halflight_metrics::{write_atomically, write_png};
 use plotters::prelude::*;
 
-use super::draw::{SIZE, draw, font_is_there};
+use super::draw::{Canvas, SIZE, draw, font_is_there};
 use super::record::Finished;
 use super::{AblateError, pareto};
 
@@ -233,7 +233,8 @@ pub fn errors(title: String, rows: &[&Finished], against: Against) -> Chart {
     });
     let mut series: Vec<(String, Series)> = Vec::new();
     for row in rows {
-        let note = (row.record.refiner == "full" && counts.len() > 1).then(|| row.record.samples.to_string());
+        let note =
+            (row.record.refiner == "full" && counts.len() > 1).then(|| format!("{} spp", row.record.samples));
         let y = if light { row.record.nmse } else { row.record.nmse2 };
         let point = Point { x: x(row), y, name: row.label.clone(), note };
         match series.iter_mut().find(|(name, _)| *name == row.row) {
@@ -282,7 +283,7 @@ impl Chart {
         let mut svg = String::new();
         {
             let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-            self.drawn(draw(&area, self))?;
+            self.drawn(draw(&Canvas { area: &area, scale: 1 }, self))?;
             self.drawn(area.present())?;
         }
         Ok(svg)
@@ -294,13 +295,16 @@ impl Chart {
     /// Drawing failed.
     pub fn pixels(&self) -> Result<(u32, u32, Vec<[u8; 3]>), AblateError> {
         self.check_font()?;
-        let mut bytes = vec![255; SIZE.0 as usize * SIZE.1 as usize * 3];
+        // Twice the size of the SVG, for screens on which a unit is two pixels.
+        const SCALE: u32 = 2;
+        let size = (SIZE.0 * SCALE, SIZE.1 * SCALE);
+        let mut bytes = vec![255; size.0 as usize * size.1 as usize * 3];
         {
-            let area = BitMapBackend::with_buffer(&mut bytes, SIZE).into_drawing_area();
-            self.drawn(draw(&area, self))?;
+            let area = BitMapBackend::with_buffer(&mut bytes, size).into_drawing_area();
+            self.drawn(draw(&Canvas { area: &area, scale: SCALE as i32 }, self))?;
             self.drawn(area.present())?;
         }
-        Ok((SIZE.0, SIZE.1, bytes.as_chunks().0.to_vec()))
+        Ok((size.0, size.1, bytes.as_chunks().0.to_vec()))
     }
 
     /// Writes `path.svg` and `path.png`.
@@ -384,7 +388,7 @@ mod tests {
         let blue = |p: &&[u8; 3]| **p == COLORS[0];
         assert!(pixels.iter().filter(blue).count() > 50);
         // The title's row band holds ink.
-        let title = &pixels[14 * width as usize..36 * width as usize];
+        let title = &pixels[28 * width as usize..72 * width as usize];
         assert!(title.iter().filter(|p| p[0] < 128).count() > 50);
     }
 

@@ -9,10 +9,10 @@ use plotters::style::{FontStyle, register_font};
 
 use super::chart::{Chart, Mark, Scale, Shape};
 
-/// Size of a chart, pixels.
-pub(crate) const SIZE: (u32, u32) = (1280, 760);
+/// Size of a chart, units. A unit is a pixel in SVG and more of them in PNG.
+pub(crate) const SIZE: (u32, u32) = (1400, 760);
 /// Left, right, top and bottom of the plot; the key is to its right.
-const PLOT: (i32, i32, i32, i32) = (86, 900, 64, 690);
+const PLOT: (i32, i32, i32, i32) = (86, 960, 64, 690);
 /// Distance of the outermost points from the frame, in parts of the plot.
 const MARGIN: f64 = 0.05;
 const FONT: &str = "sans-serif";
@@ -28,7 +28,14 @@ pub(crate) fn font_is_there() -> bool {
         .get_or_init(|| register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT).is_ok())
 }
 
-type Area<DB> = DrawingArea<DB, Shift>;
+/// What is drawn on, in units.
+pub(crate) struct Canvas<'a, DB: DrawingBackend> {
+    /// The area in pixels.
+    pub(crate) area: &'a DrawingArea<DB, Shift>,
+    /// Pixels a unit.
+    pub(crate) scale: i32,
+}
+
 type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
 
 /// From a quantity to pixels.
@@ -60,15 +67,21 @@ impl Axis {
             .then(|| self.from + (part * f64::from(self.to - self.from)).round() as i32)
     }
 
-    /// Values to label: 1, 2 and 5 times powers of ten, thinned to powers of ten over a wide range.
+    /// Values to label: powers of ten, with round numbers between them where there are few.
     fn ticks(&self) -> Vec<f64> {
         match self.scale {
             Scale::Log => {
-                let factors: &[f64] = if self.high - self.low > 3.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+                const FACTORS: [&[f64]; 3] =
+                    [&[1.0], &[1.0, 2.0, 5.0], &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0]];
                 let decades = self.low.floor() as i32..=self.high.ceil() as i32;
-                let ticks =
-                    decades.flat_map(|decade| factors.iter().map(move |factor| factor * 10f64.powi(decade)));
-                ticks.filter(|&tick| self.pixel(tick).is_some()).collect()
+                let ticks = |factors: &[f64]| -> Vec<f64> {
+                    let decades = decades.clone();
+                    let ticks =
+                        decades.flat_map(|decade| factors.iter().map(move |f| f * 10f64.powi(decade)));
+                    ticks.filter(|&tick| self.pixel(tick).is_some()).collect()
+                };
+                let fine = ticks(FACTORS[2]);
+                FACTORS.into_iter().map(ticks).find(|ticks| ticks.len() >= 4).unwrap_or(fine)
             }
             Scale::Linear => {
                 let rough = (self.high - self.low) / 6.0;
@@ -83,49 +96,51 @@ impl Axis {
     }
 }
 
-/// A number as a tick says it: plain between 0.001 and a million, else as 2e-4.
+/// A number as a tick says it: plain, in thousands or millions, or as 2e-4.
 fn short(value: f64) -> String {
-    if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
-        let rounded = (value * 1e4).round() / 1e4;
-        return rounded.to_string();
+    let rounded = |value: f64| ((value * 1e4).round() / 1e4).to_string();
+    match value.abs() {
+        size if size >= 1e6 => format!("{} M", rounded(value / 1e6)),
+        size if size >= 1e4 => format!("{} k", rounded(value / 1e3)),
+        size if size >= 1e-3 || size == 0.0 => rounded(value),
+        _ => format!("{value:.0e}"),
     }
-    format!("{value:.0e}")
 }
 
 /// Draws all of it.
-pub(crate) fn draw<DB: DrawingBackend>(area: &Area<DB>, chart: &Chart) -> Drawn<DB> {
-    area.fill(&WHITE)?;
+pub(crate) fn draw<DB: DrawingBackend>(canvas: &Canvas<DB>, chart: &Chart) -> Drawn<DB> {
+    canvas.area.fill(&WHITE)?;
     let (left, right, top, bottom) = PLOT;
     let points = || chart.series.iter().flat_map(|series| &series.points);
     let x_axis = Axis::new(chart.x_scale, points().map(|point| point.x), left, right);
     let noise = chart.noise.into_iter();
     let y_axis = Axis::new(Scale::Log, points().map(|point| point.y).chain(noise), bottom, top);
 
-    text(area, &chart.title, (left, 14), 22, INK, HPos::Left)?;
-    text(area, &chart.y_label, (left - 60, 40), 15, INK, HPos::Left)?;
-    text(area, &chart.x_label, (right, bottom + 32), 15, INK, HPos::Right)?;
+    canvas.text(&chart.title, (left, 14), 22, INK, HPos::Left)?;
+    canvas.text(&chart.y_label, (left - 60, 40), 15, INK, HPos::Left)?;
+    canvas.text(&chart.x_label, (right, bottom + 32), 15, INK, HPos::Right)?;
     for tick in x_axis.ticks() {
         if let Some(x) = x_axis.pixel(tick) {
-            area.draw(&PathElement::new([(x, top), (x, bottom)], GRID))?;
-            text(area, &short(tick), (x, bottom + 8), 14, INK, HPos::Center)?;
+            canvas.line([(x, top), (x, bottom)], GRID, 1)?;
+            canvas.text(&short(tick), (x, bottom + 8), 14, INK, HPos::Center)?;
         }
     }
     for tick in y_axis.ticks() {
         if let Some(y) = y_axis.pixel(tick) {
-            area.draw(&PathElement::new([(left, y), (right, y)], GRID))?;
-            text(area, &short(tick), (left - 8, y - 7), 14, INK, HPos::Right)?;
+            canvas.line([(left, y), (right, y)], GRID, 1)?;
+            canvas.text(&short(tick), (left - 8, y - 7), 14, INK, HPos::Right)?;
         }
     }
-    area.draw(&Rectangle::new([(left, top), (right, bottom)], INK))?;
+    canvas.line([(left, top), (right, top), (right, bottom), (left, bottom), (left, top)], INK, 1)?;
 
     if let Some(noise) = chart.noise
         && let Some(y) = y_axis.pixel(noise)
     {
         for x in (left..right).step_by(10) {
-            area.draw(&PathElement::new([(x, y), ((x + 5).min(right), y)], NOISE))?;
+            canvas.line([(x, y), ((x + 5).min(right), y)], NOISE, 1)?;
         }
         let words = format!("noise of the reference, {noise:.1e}");
-        text(area, &words, (left + 8, y - 18), 14, NOISE, HPos::Left)?;
+        canvas.text(&words, (left + 8, y - 18), 14, NOISE, HPos::Left)?;
     }
     let place = |x: f64, y: f64| Some((x_axis.pixel(x)?, y_axis.pixel(y)?));
     let front: Vec<(i32, i32)> = chart.front().iter().filter_map(|point| place(point.x, point.y)).collect();
@@ -137,85 +152,99 @@ pub(crate) fn draw<DB: DrawingBackend>(area: &Area<DB>, chart: &Chart) -> Drawn<
             stairs.extend([pair[0], (pair[1].0, pair[0].1)]);
         }
         stairs.extend([last, (right, last.1)]);
-        area.draw(&PathElement::new(stairs, FRONT.stroke_width(2)))?;
+        canvas.line(stairs, FRONT, 2)?;
     }
     for series in &chart.series {
         let placed: Vec<(i32, i32)> =
             series.points.iter().filter_map(|point| place(point.x, point.y)).collect();
         if series.connected {
-            area.draw(&PathElement::new(placed.clone(), series.mark.color().stroke_width(2)))?;
+            canvas.line(placed.clone(), series.mark.color(), 2)?;
         }
         for at in placed {
-            mark(area, at, series.mark)?;
+            mark(canvas, at, series.mark)?;
         }
     }
-    tags(area, chart, &place)?;
-    key(area, chart)
+    tags(canvas, chart, &place)?;
+    key(canvas, chart)
 }
 
 /// Numbers the points of the front and writes the notes of the others.
 fn tags<DB: DrawingBackend>(
-    area: &Area<DB>,
+    canvas: &Canvas<DB>,
     chart: &Chart,
     place: &impl Fn(f64, f64) -> Option<(i32, i32)>,
 ) -> Drawn<DB> {
     for (number, point) in (1..).zip(chart.front()) {
         if let Some((x, y)) = place(point.x, point.y) {
-            text(area, &number.to_string(), (x - 9, y + 6), 15, INK, HPos::Right)?;
+            canvas.text(&number.to_string(), (x - 9, y + 6), 15, INK, HPos::Right)?;
         }
     }
     for point in chart.series.iter().flat_map(|series| &series.points) {
         if let (Some(note), Some((x, y))) = (&point.note, place(point.x, point.y)) {
-            text(area, note, (x + 10, y - 16), 14, INK, HPos::Left)?;
+            canvas.text(note, (x + 10, y - 16), 14, INK, HPos::Left)?;
         }
     }
     Ok(())
 }
 
 /// What marks and numbers mean.
-fn key<DB: DrawingBackend>(area: &Area<DB>, chart: &Chart) -> Drawn<DB> {
+fn key<DB: DrawingBackend>(canvas: &Canvas<DB>, chart: &Chart) -> Drawn<DB> {
     let (x, mut y) = (PLOT.1 + 22, PLOT.2);
     for group in &chart.key {
-        text(area, &group.title, (x, y), 15, INK, HPos::Left)?;
+        canvas.text(&group.title, (x, y), 15, INK, HPos::Left)?;
         y += 22;
         for (sample, words) in &group.entries {
-            mark(area, (x + 8, y + 8), *sample)?;
-            text(area, words, (x + 24, y), 15, INK, HPos::Left)?;
+            mark(canvas, (x + 8, y + 5), *sample)?;
+            canvas.text(words, (x + 24, y), 15, INK, HPos::Left)?;
             y += 20;
         }
         y += 8;
     }
     let front = chart.front();
     if !front.is_empty() {
-        area.draw(&PathElement::new([(x, y + 9), (x + 18, y + 9)], FRONT.stroke_width(2)))?;
-        text(area, "Pareto front", (x + 24, y), 15, INK, HPos::Left)?;
+        canvas.line([(x, y + 6), (x + 18, y + 6)], FRONT, 2)?;
+        canvas.text("Pareto front", (x + 24, y), 15, INK, HPos::Left)?;
         y += 22;
     }
     let room = ((SIZE.1 as i32 - y - 20) / 17).max(0) as usize;
     let shown = if front.len() > room { room.saturating_sub(1) } else { front.len() };
     for (number, point) in (1..).zip(&front[..shown]) {
-        text(area, &format!("{number}  {}", point.name), (x, y), 12, INK, HPos::Left)?;
+        canvas.text(&format!("{number}  {}", point.name), (x, y), 13, INK, HPos::Left)?;
         y += 17;
     }
     if shown < front.len() {
-        text(area, &format!("and {} more, in the table", front.len() - shown), (x, y), 12, INK, HPos::Left)?;
+        canvas.text(
+            &format!("and {} more, in the table", front.len() - shown),
+            (x, y),
+            13,
+            INK,
+            HPos::Left,
+        )?;
     }
     Ok(())
 }
 
-fn text<DB: DrawingBackend>(
-    area: &Area<DB>,
-    words: &str,
-    at: (i32, i32),
-    size: i32,
-    color: RGBColor,
-    side: HPos,
-) -> Drawn<DB> {
-    let style = (FONT, size).into_font().color(&color).pos(Pos::new(side, VPos::Top));
-    area.draw(&Text::new(words.to_string(), at, style))
+impl<DB: DrawingBackend> Canvas<'_, DB> {
+    fn line(&self, points: impl IntoIterator<Item = (i32, i32)>, color: RGBColor, width: u32) -> Drawn<DB> {
+        let width = width * self.scale.unsigned_abs();
+        self.area.draw(&PathElement::new(self.pixels(points), color.stroke_width(width)))
+    }
+
+    fn polygon(&self, corners: impl IntoIterator<Item = (i32, i32)>, color: RGBColor) -> Drawn<DB> {
+        self.area.draw(&Polygon::new(self.pixels(corners), color))
+    }
+
+    fn text(&self, words: &str, (x, y): (i32, i32), size: i32, color: RGBColor, side: HPos) -> Drawn<DB> {
+        let style = (FONT, size * self.scale).into_font().color(&color).pos(Pos::new(side, VPos::Top));
+        self.area.draw(&Text::new(words.to_string(), (x * self.scale, y * self.scale), style))
+    }
+
+    fn pixels(&self, points: impl IntoIterator<Item = (i32, i32)>) -> Vec<(i32, i32)> {
+        points.into_iter().map(|(x, y)| (x * self.scale, y * self.scale)).collect()
+    }
 }
 
-fn mark<DB: DrawingBackend>(area: &Area<DB>, (x, y): (i32, i32), mark: Mark) -> Drawn<DB> {
+fn mark<DB: DrawingBackend>(canvas: &Canvas<DB>, (x, y): (i32, i32), mark: Mark) -> Drawn<DB> {
     let color = mark.color();
     let outline: Vec<(i32, i32)> = match mark.shape {
         Shape::Circle => {
@@ -230,9 +259,9 @@ fn mark<DB: DrawingBackend>(area: &Area<DB>, (x, y): (i32, i32), mark: Mark) -> 
         Shape::Diamond => vec![(x, y - 7), (x + 7, y), (x, y + 7), (x - 7, y)],
     };
     let fill = if mark.filled { color } else { WHITE };
-    area.draw(&Polygon::new(outline.clone(), fill))?;
+    canvas.polygon(outline.clone(), fill)?;
     let closed: Vec<(i32, i32)> = outline.iter().chain(outline.first()).copied().collect();
-    area.draw(&PathElement::new(closed, color.stroke_width(2)))
+    canvas.line(closed, color, 2)
 }
 
 impl Mark {
@@ -252,6 +281,8 @@ mod tests {
         assert!(axis.pixel(1.0) < axis.pixel(2.0) && axis.pixel(2.0) < axis.pixel(10.0));
         assert_eq!((axis.pixel(0.0), axis.pixel(1e6)), (None, None));
         assert_eq!(axis.ticks(), [1.0, 2.0, 5.0, 10.0]);
+        let narrow = Axis::new(Scale::Log, [25.0, 50.0].into_iter(), 0, 1000);
+        assert_eq!(narrow.ticks(), [30.0, 40.0, 50.0]);
     }
 
     #[test]
@@ -262,6 +293,9 @@ mod tests {
 
     #[test]
     fn tick_labels_are_short() {
-        assert_eq!([0.5, 100.0, 2e-4, 1e-6].map(short), ["0.5", "100", "2e-4", "1e-6"]);
+        assert_eq!(
+            [0.5, 100.0, 2e-4, 1e-6, 5e5, 2e7].map(short),
+            ["0.5", "100", "2e-4", "1e-6", "500 k", "20 M"]
+        );
     }
 }

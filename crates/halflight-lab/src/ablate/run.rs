@@ -408,3 +408,93 @@ fn render(row: &Row, pipeline: &mut Pipeline) -> Result<FrameStats, AblateError>
 fn fault(row: &Row, source: halflight_cpu::pipeline::PipelineError) -> AblateError {
     AblateError::Pipeline { row: row.label(), source }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TINY: &str = r#"
+        title = "tiny"
+        description = "two rows, two sizes of light"
+        size = [48, 36]
+        repetitions = 2
+        light_scales = [1, 2]
+        squared_error_factor = 9
+        [reference]
+        samples = 512
+        seed = 9
+        [[scene]]
+        name = "contact"
+        [[grid]]
+        refiners = [{ name = "sfvt-gass" }, { name = "full" }]
+        upsamplers = ["bilinear"]
+        shadings = ["ratio"]
+        samples = [16]
+        [paper]
+        source = "none"
+        differs = "everything"
+        reference_samples = 16
+    "#;
+
+    fn finish(places: &Places) -> Outcome {
+        let experiment = Experiment::parse(TINY, "tiny.toml").unwrap();
+        let provenance =
+            Provenance { commit: "c".to_string(), machine: "m".to_string(), threads: 1, program: 1 };
+        run(&experiment, places, &provenance, |_| Ok(())).unwrap()
+    }
+
+    #[test]
+    fn a_run_measures_every_row_and_goes_on_where_it_was() {
+        let root = std::env::temp_dir().join(format!("halflight-run-{}", std::process::id()));
+        let places = Places { out: root.join("out"), references: root.join("references") };
+        let whole = finish(&places);
+        assert_eq!(whole.rows.len(), 4);
+        for row in &whole.rows {
+            let record = &row.record;
+            assert!(record.total_ms > 0.0 && record.rays > 0 && record.fragments > 0);
+            assert!(record.nmse2 > 0.0 && record.nmse2 < 0.05, "{}: {}", row.label, record.nmse2);
+            // Its reference has as few samples as the row itself: farther from it than from the converged one.
+            assert!(row.paper.unwrap().nmse > record.nmse);
+        }
+        // Two twice as long edges make four times the light, but no other row.
+        assert!(whole.rows[2].record.sse > whole.rows[0].record.sse);
+
+        // As if it had been stopped after the first row.
+        let state = places.out.join("state.jsonl");
+        let text = std::fs::read_to_string(&state).unwrap();
+        let kept: String = text.split_inclusive('\n').take(2).collect();
+        std::fs::write(&state, kept).unwrap();
+        let resumed = finish(&places);
+        assert_eq!(resumed.rows.len(), 4);
+        assert_eq!(resumed.rows[0], whole.rows[0]);
+        for (again, before) in resumed.rows.iter().zip(&whole.rows) {
+            assert_eq!((again.record.sse, again.record.rays), (before.record.sse, before.record.rays));
+        }
+        std::fs::remove_dir_all(&root).unwrap();
+    }
+
+    #[test]
+    fn parameters_reach_the_generator() {
+        let mut choice = SceneChoice {
+            name: "hairball".to_string(),
+            parameters: "triangles = 2000".parse().unwrap(),
+            reference_samples: None,
+        };
+        assert!(with_parameters(&choice).unwrap().scene.mesh.triangle_count() < 4000);
+        choice.parameters = "triangle = 2000".parse().unwrap();
+        let fault = with_parameters(&choice).unwrap_err().to_string();
+        assert!(fault.contains("hairball, changed") && fault.contains("`triangle`"), "{fault}");
+    }
+
+    #[test]
+    fn lights_are_scaled_about_their_middles() {
+        let loaded = halflight_scene::resolve("contact").unwrap();
+        let bvh = Bvh::build(&loaded.scene.mesh).unwrap();
+        let loaded = Loaded { name: String::new(), scene: Arc::new(loaded.scene), bvh: Arc::new(bvh) };
+        let (before, after) = (loaded.scene.lights[0], loaded.lit(2.0).lights[0]);
+        let middle = |light: &AreaLight| light.corner + (light.edge_u + light.edge_v) * 0.5;
+        // Coordinates of a few metres, each a sum of four: a few units in the last place.
+        assert!((middle(&before) - middle(&after)).length() < 1e-5);
+        assert!((after.area() / before.area() - 4.0).abs() < 1e-5);
+    }
+}

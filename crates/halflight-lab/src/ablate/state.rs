@@ -90,9 +90,9 @@ impl State {
         self.set_aside
     }
 
-    /// The row, if it is finished.
+    /// The row, if it is finished; the last time, if it was so several times.
     pub fn row(&self, setting: &str, row: &str) -> Option<&Finished> {
-        self.rows.iter().find(|finished| finished.setting == setting && finished.row == row)
+        self.rows.iter().rev().find(|finished| finished.setting == setting && finished.row == row)
     }
 
     /// Adds a row and makes sure that it is on disk.

@@ -125,13 +125,14 @@ fn upsamplers(rows: &[&Finished]) -> Vec<String> {
         } else {
             format!(" ({})", row.record.parameters)
         };
-        found.push(format!("{}{parameters}, {}: {}", row.record.refiner, group.1, order.join(" < ")));
+        let refiner = &row.record.refiner;
+        found.push(format!(
+            "Upsamplers on the fragments of {refiner}{parameters}, {}, by NMSE₂: {}.",
+            group.1,
+            order.join(" < ")
+        ));
     }
-    if found.is_empty() {
-        Vec::new()
-    } else {
-        vec![format!("Upsamplers on the same fragments, by NMSE₂: {}.", found.join("; "))]
-    }
+    found
 }
 
 #[cfg(test)]
@@ -153,7 +154,7 @@ mod tests {
             text.contains("≤ 4e-4 is nichols · delaunay · ratio: 12.0 ms, 0.01 M rays, 12 % of the rays"),
             "{text}"
         );
-        assert!(text.contains("nichols, ratio: delaunay 3.00e-4 < bilinear 1.00e-2"), "{text}");
+        assert!(text.contains("of nichols, ratio: delaunay 3.00e-4 < bilinear 1.00e-2"), "{text}");
         assert!(text.contains("1 of 4 rows"), "{text}");
     }
 
