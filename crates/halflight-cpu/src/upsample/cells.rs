@@ -63,6 +63,9 @@ pub(super) struct Field<'a> {
     owners: &'a [u32],
     pub(super) width: u32,
     pub(super) height: u32,
+    /// For pixels of their own whose value does not exist: any that does, since they lie below the light's horizon and
+    /// nothing is multiplied with it. Interpolating there would be work for nothing.
+    pub(super) anything: f32,
 }
 
 impl<'a> Field<'a> {
@@ -84,7 +87,8 @@ impl<'a> Field<'a> {
             return None;
         }
         fragments.owners(owners);
-        Some(Self { fragments, values, owners, width, height })
+        let anything = values.iter().copied().flatten().find(|v| v.is_finite()).unwrap_or(0.0);
+        Some(Self { fragments, values, owners, width, height, anything })
     }
 
     /// The cell that holds the pixel.

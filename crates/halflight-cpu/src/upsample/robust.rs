@@ -139,9 +139,10 @@ impl Scratch {
     pub(super) fn fill(&mut self, source: &Source, fit: &Fit, piece: &Piece, rows: &mut Rows, rest: bool) {
         let field = source.field;
         if piece.cell.level == 0
-            && let Some(value) = field.samples_of(piece.cell).first().and_then(|&index| field.value(index))
+            && let Some(&index) = field.samples_of(piece.cell).first()
         {
             let pixel = field.pixel(piece.rect.x0, piece.rect.y0);
+            let value = field.value(index).unwrap_or(field.anything);
             rows.set(pixel, if source.surfaces.is_receiver(pixel) { value } else { 0.0 });
             return;
         }
