@@ -168,20 +168,30 @@ pub(crate) fn draw<DB: DrawingBackend>(canvas: &Canvas<DB>, chart: &Chart) -> Dr
     key(canvas, chart)
 }
 
-/// Numbers the points of the front and writes the notes of the others.
+/// Numbers the points of the front and writes the notes of the others, a line further down where there is one already.
 fn tags<DB: DrawingBackend>(
     canvas: &Canvas<DB>,
     chart: &Chart,
     place: &impl Fn(f64, f64) -> Option<(i32, i32)>,
 ) -> Drawn<DB> {
+    const NOTE_WIDTH: i32 = 56;
+    let mut taken: Vec<(i32, i32)> = Vec::new();
+    let mut free = |(x, mut y): (i32, i32), width: i32| {
+        while taken.iter().any(|&(left, top)| (left - x).abs() < width && (top - y).abs() < 13) {
+            y += 13;
+        }
+        taken.push((x, y));
+        (x, y)
+    };
     for (number, point) in (1..).zip(chart.front()) {
         if let Some((x, y)) = place(point.x, point.y) {
-            canvas.text(&number.to_string(), (x - 9, y + 6), 15, INK, HPos::Right)?;
+            canvas.text(&number.to_string(), free((x - 9, y + 6), 16), 15, INK, HPos::Right)?;
         }
     }
     for point in chart.series.iter().flat_map(|series| &series.points) {
         if let (Some(note), Some((x, y))) = (&point.note, place(point.x, point.y)) {
-            canvas.text(note, (x + 10, y - 16), 14, INK, HPos::Left)?;
+            let x = (x + 10).min(PLOT.1 - NOTE_WIDTH);
+            canvas.text(note, free((x, y - 16), NOTE_WIDTH), 14, INK, HPos::Left)?;
         }
     }
     Ok(())

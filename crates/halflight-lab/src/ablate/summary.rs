@@ -154,7 +154,7 @@ mod tests {
             text.contains("≤ 4e-4 is nichols · delaunay · ratio: 12.0 ms, 0.01 M rays, 12 % of the rays"),
             "{text}"
         );
-        assert!(text.contains("of nichols, ratio: delaunay 3.00e-4 < bilinear 1.00e-2"), "{text}");
+        assert!(text.contains("of nichols, ratio, by NMSE₂: delaunay 3.00e-4 < bilinear 1.00e-2"), "{text}");
         assert!(text.contains("1 of 4 rows"), "{text}");
     }
 
