@@ -86,8 +86,9 @@ struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    fn write(&mut self, pixel: usize, mesh: &Mesh, eye: Vec3, d: Vec3, t: f32, triangle: u32) {
-        if triangle == NO_PRIMITIVE {
+    #[inline(always)]
+    fn write(&mut self, pixel: usize, mesh: &Mesh, eye: Vec3, d: Vec3, t: f32, seen: &Surface) {
+        if seen.triangle == NO_PRIMITIVE {
             self.depth[pixel] = f32::INFINITY;
             self.position[pixel] = Vec3::ZERO;
             self.normal[pixel] = Vec3::ZERO;
@@ -95,15 +96,32 @@ impl Rows<'_> {
             self.primitive[pixel] = NO_PRIMITIVE;
             return;
         }
-        let corners = mesh.corners(triangle as usize);
-        let [a, b, c] = corners;
-        let (second, third) = barycentric(corners, eye, d);
-        let normal = geometric_normal(corners);
+        let [a, b, c] = seen.corners;
+        let (second, third) = barycentric(seen.corners, eye, d);
         self.depth[pixel] = t;
         self.position[pixel] = a + ((b - a) * second + (c - a) * third);
-        self.normal[pixel] = if normal.dot(d) > 0.0 { -normal } else { normal };
-        self.albedo[pixel] = albedo(mesh, triangle as usize, second, third);
-        self.primitive[pixel] = triangle;
+        self.normal[pixel] = if seen.normal.dot(d) > 0.0 { -seen.normal } else { seen.normal };
+        self.albedo[pixel] = albedo(mesh, seen.triangle as usize, second, third);
+        self.primitive[pixel] = seen.triangle;
+    }
+}
+
+/// What pixels that see the same triangle have in common.
+struct Surface {
+    triangle: u32,
+    corners: [Vec3; 3],
+    normal: Vec3,
+}
+
+impl Surface {
+    const NONE: Self = Self { triangle: NO_PRIMITIVE, corners: [Vec3::ZERO; 3], normal: Vec3::ZERO };
+
+    fn new(mesh: &Mesh, triangle: u32) -> Self {
+        if triangle == NO_PRIMITIVE {
+            return Self::NONE;
+        }
+        let corners = mesh.corners(triangle as usize);
+        Self { triangle, corners, normal: geometric_normal(corners) }
     }
 }
 
@@ -158,6 +176,7 @@ impl Kernel for Band<'_> {
         let mut bundle = Bundle::new();
         let mut hits = Hits::new();
         let mut stack = [(0u32, 0.0f32); STACK];
+        let mut seen = Surface::NONE;
         for left in (0..width).step_by(TILE) {
             let columns = TILE.min(width - left);
             bundle.clear(self.view.eye);
@@ -171,7 +190,10 @@ impl Kernel for Band<'_> {
             for ray in 0..bundle.count() {
                 let pixel = ray / columns * width + left + ray % columns;
                 let d = bundle.direction(ray);
-                self.rows.write(pixel, self.mesh, self.view.eye, d, hits.t[ray], hits.triangle[ray]);
+                if hits.triangle[ray] != seen.triangle {
+                    seen = Surface::new(self.mesh, hits.triangle[ray]);
+                }
+                self.rows.write(pixel, self.mesh, self.view.eye, d, hits.t[ray], &seen);
             }
         }
     }

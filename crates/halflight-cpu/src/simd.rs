@@ -109,50 +109,55 @@ impl Isa {
 mod tests {
     use super::*;
 
-    /// Every operation over awkward numbers, results side by side.
-    struct Everything;
+    /// Sixteen awkward numbers.
+    const NUMBERS: [f32; 16] =
+        [0.0, -0.0, 1.5, -2.25, 1e-20, 3e30, -7.0, 0.1, 0.3333, -1e-3, 5.0, 9.0, 1e9, 2.0, -4.0, 8.0];
+
+    /// The results of every operation on [`NUMBERS`] and the same turned by `turn`, as bits, sixteen for each.
+    struct Everything {
+        turn: usize,
+    }
 
     impl Kernel for Everything {
-        type Output = Vec<u32>;
+        type Output = [Vec<[u32; 16]>; 2];
         #[inline(always)]
-        fn run<S: Simd>(self) -> Vec<u32> {
-            let mut out = all::<S::Eight>();
-            out.extend(all::<S::Wide>());
-            out
+        fn run<S: Simd>(self) -> Self::Output {
+            [results::<S::Eight>(self.turn), results::<S::Wide>(self.turn)]
         }
     }
 
     #[inline(always)]
-    fn all<L: Lanes>() -> Vec<u32> {
-        let numbers =
-            [0.0, -0.0, 1.5, -2.25, 1e-20, 3e30, -7.0, 0.1, 1.0 / 3.0, -1e-3, 5.0, 9.0, 1e9, 2.0, -4.0, 8.0];
-        let mut out = Vec::new();
-        let mut push = |bits: &mut dyn Iterator<Item = u32>| out.extend(bits);
-        for shift in 0..16 {
-            let rotated: Vec<f32> = (0..16).map(|lane| numbers[(lane + shift) % 16]).collect();
-            // 16 numbers whatever the width, so that all levels give equally long lists.
-            for half in (0..16).step_by(L::WIDTH) {
-                let (a, b) = (L::load(&numbers[half..]), L::load(&rotated[half..]));
-                let mut store = |value: L| {
-                    let mut slots = [0.0f32; 16];
-                    value.store(&mut slots);
-                    push(&mut slots[..L::WIDTH].iter().map(|x| x.to_bits()));
-                };
-                store(a.min(b));
-                store(a.max(b));
-                store(a.abs());
-                store(a.flip(b));
-                store(a.select(0b1001_0110_0101_1010 >> half & L::ALL, b));
-                // NaN of 0/0 and ∞−∞ has no fixed sign bit: only defined results are compared.
-                store(a.add(b));
-                store(a.sub(b));
-                store(a.mul(b));
-                store(b.max(L::splat(0.5)).div(L::splat(3.0)));
-                let (less, at_most) = (a.lt(b), a.le(b));
+    fn results<L: Lanes>(turn: usize) -> Vec<[u32; 16]> {
+        let mut turned = NUMBERS;
+        turned.rotate_left(turn);
+        let mut out = vec![[0; 16]; 12];
+        for at in (0..16).step_by(L::WIDTH) {
+            let (a, b) = (L::load(&NUMBERS[at..]), L::load(&turned[at..]));
+            let mask = 0b1001_0110_0101_1010 >> at & L::ALL;
+            let vectors = [
+                a.add(b),
+                a.sub(b),
+                a.mul(b),
+                b.abs().max(L::splat(0.5)).div(L::splat(3.0)),
+                a.min(b),
+                a.max(b),
+                a.abs(),
+                a.flip(b),
+                a.select(mask, b),
+                L::splat(NUMBERS[turn]),
+            ];
+            for (slots, vector) in out.iter_mut().zip(vectors) {
+                let mut numbers = [0.0; 16];
+                vector.store(&mut numbers);
                 for lane in 0..L::WIDTH {
-                    push(&mut [less >> lane & 1, at_most >> lane & 1].into_iter());
+                    slots[at + lane] = numbers[lane].to_bits();
                 }
-                assert_eq!((less | at_most) & !L::ALL, 0);
+            }
+            for (slots, bits) in out[10..].iter_mut().zip([a.lt(b), a.le(b)]) {
+                assert_eq!(bits & !L::ALL, 0);
+                for lane in 0..L::WIDTH {
+                    slots[at + lane] = bits >> lane & 1;
+                }
             }
         }
         out
@@ -160,15 +165,14 @@ mod tests {
 
     #[test]
     fn all_instruction_sets_give_the_same_bits() {
-        let sorted = |isa: Isa| {
-            let mut bits = isa.run(Everything);
-            bits.sort_unstable();
-            bits
-        };
-        let expected = sorted(Isa::BASELINE);
-        assert!(expected.len() > 4000);
-        for isa in Isa::available() {
-            assert_eq!(sorted(isa), expected, "{isa:?}");
+        for turn in 0..16 {
+            let [expected, _] = Isa::BASELINE.run(Everything { turn });
+            assert_eq!(expected[0][3], (NUMBERS[3] + NUMBERS[(3 + turn) % 16]).to_bits());
+            for isa in Isa::available() {
+                let [eight, wide] = isa.run(Everything { turn });
+                assert_eq!(eight, expected, "{isa:?}, eight lanes, {turn}");
+                assert_eq!(wide, expected, "{isa:?}, all lanes, {turn}");
+            }
         }
     }
 }

@@ -3,16 +3,19 @@
 //!
 //! obvhs builds the hierarchy; [`layout`] flattens it into nodes of eight children and blocks of eight triangles. Whether
 //! a ray meets a triangle is decided exactly ([`exact`]), nearly always by a filter over many at once ([`facet`]); box
-//! tests ([`slab`]) are conservative. So bundles ([`bundle`]), single rays ([`single`]) and a search through all triangles
+//! tests ([`slab`]) are conservative. So bundles ([`shadow`]), single rays ([`single`]) and a search through all triangles
 //! agree hit for hit, whatever the instruction set.
 
 mod bundle;
 mod exact;
 mod facet;
 mod layout;
+mod nearest;
 mod rays;
+mod shadow;
 mod single;
 mod slab;
+mod stack;
 #[cfg(test)]
 pub(crate) mod tests;
 mod vector;
@@ -23,15 +26,11 @@ use halflight_core::scene::{Mesh, MeshError};
 
 pub use rays::BvhRays;
 
-pub(crate) use bundle::{Bundle, Hits};
+pub(crate) use bundle::Bundle;
 pub(crate) use facet::barycentric;
 use layout::{Block, Node};
-
-use crate::simd::Lanes;
-
-/// Entries of a traversal stack: each of the at most 57 levels (48 by box, then 2³² triangles parted eightfold) leaves seven
-/// siblings behind.
-pub(crate) const STACK: usize = 512;
+pub(crate) use nearest::Hits;
+pub(crate) use stack::STACK;
 
 /// Why no hierarchy can be built over a mesh.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -112,68 +111,4 @@ impl Bvh {
     pub fn triangle_count(&self) -> usize {
         self.triangle_count
     }
-}
-
-/// Pushes the children in `mask`, the nearest last, and returns the new height.
-#[inline(always)]
-fn push_near_last<L: Lanes>(
-    node: &Node,
-    mask: u32,
-    enter: L,
-    stack: &mut [u32; STACK],
-    height: usize,
-) -> usize {
-    let mut height = height;
-    let mut left = mask;
-    if left == 0 {
-        return height;
-    }
-    if left & (left - 1) == 0 {
-        stack[height] = node.child(left.trailing_zeros() as usize);
-        return height + 1;
-    }
-    let mut distances = [0.0f32; 8];
-    enter.store(&mut distances);
-    let (mut nearest, mut least) = (0, f32::INFINITY);
-    while left != 0 {
-        let child = left.trailing_zeros() as usize;
-        left &= left - 1;
-        stack[height] = node.child(child);
-        if distances[child] < least {
-            (nearest, least) = (height, distances[child]);
-        }
-        height += 1;
-    }
-    if least < f32::INFINITY {
-        stack.swap(nearest, height - 1);
-    }
-    height
-}
-
-/// Pushes the children in `mask` with the distance of each, nearest last, and returns the new height.
-#[inline(always)]
-fn push_sorted<L: Lanes>(
-    node: &Node,
-    mask: u32,
-    enter: L,
-    stack: &mut [(u32, f32); STACK],
-    height: usize,
-) -> usize {
-    let mut distances = [0.0f32; 8];
-    enter.store(&mut distances);
-    let mut top = height;
-    let mut left = mask;
-    while left != 0 {
-        let child = left.trailing_zeros() as usize;
-        left &= left - 1;
-        let entry = (node.child(child), distances[child]);
-        let mut slot = top;
-        while slot > height && stack[slot - 1].1 < entry.1 {
-            stack[slot] = stack[slot - 1];
-            slot -= 1;
-        }
-        stack[slot] = entry;
-        top += 1;
-    }
-    top
 }

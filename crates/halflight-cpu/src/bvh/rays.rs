@@ -11,7 +11,8 @@ use halflight_core::stages::Visibility;
 use rayon::prelude::*;
 
 use super::Bvh;
-use super::bundle::{Bundle, Stacks};
+use super::bundle::Bundle;
+use super::stack::Stacks;
 use crate::samples::{LANES, positions};
 use crate::simd::{Isa, Kernel, Simd};
 

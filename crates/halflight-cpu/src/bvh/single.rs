@@ -5,8 +5,9 @@ use glam::Vec3;
 use super::facet::Facets;
 use super::layout::Child;
 use super::slab::{enters, inverse};
+use super::stack::{STACK, push_near_last};
 use super::vector::Vector;
-use super::{Bvh, STACK, exact, push_near_last};
+use super::{Bvh, exact};
 use crate::simd::{Lanes, Simd};
 
 impl Bvh {

@@ -16,8 +16,8 @@ impl Array {
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
         let mut out = self.0;
-        for lane in 0..8 {
-            out[lane] = f(self.0[lane], other.0[lane]);
+        for (a, b) in out.iter_mut().zip(other.0) {
+            *a = f(*a, b);
         }
         Self(out)
     }
@@ -84,8 +84,8 @@ impl Lanes for Array {
     #[inline(always)]
     fn select(self, mask: u32, other: Self) -> Self {
         let mut out = self.0;
-        for lane in 0..8 {
-            out[lane] = if mask >> lane & 1 == 1 { other.0[lane] } else { self.0[lane] };
+        for (lane, (a, b)) in out.iter_mut().zip(other.0).enumerate() {
+            *a = if mask >> lane & 1 == 1 { b } else { *a };
         }
         Self(out)
     }

@@ -98,7 +98,23 @@ fn hall_with_columns() {
     let scene = scene(&hall(), lamp(Vec3::new(4.0, 3.8, 8.0), 1.5));
     let (rays, seen) =
         compare(&scene, &origins(2048, Vec3::new(0.1, 0.01, 0.1), Vec3::new(7.9, 2.9, 15.9)), 32);
+    assert!(rays > 1_000_000, "{rays}");
     assert!(seen > rays / 50 && seen < rays - rays / 50, "{seen} of {rays}");
+}
+
+#[test]
+fn threads_do_not_matter() {
+    let scene = scene(&soup(2000, 0.1), lamp(Vec3::Y * 1.5, 1.0));
+    let mut rays = BvhRays::new(Arc::new(Bvh::build(&scene.mesh).unwrap()));
+    let origins = origins(1000, Vec3::splat(-1.0), Vec3::splat(1.0));
+    let mut on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut batch = ask(&origins, patterns().next().unwrap(), true);
+        pool.install(|| answer(&mut rays, &scene, &mut batch))
+    };
+    let alone = on(1);
+    assert_eq!(difference(&on(2), &alone), None);
+    assert_eq!(difference(&on(8), &alone), None);
 }
 
 #[test]

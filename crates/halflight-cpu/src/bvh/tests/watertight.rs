@@ -10,7 +10,8 @@ use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::scene::{Camera, Scene};
 
 use super::meshes::{Numbers, answer, cuboid, lamp, mesh, scene, sphere};
-use crate::bvh::bundle::{Bundle, RAYS, Stacks};
+use crate::bvh::bundle::{Bundle, RAYS};
+use crate::bvh::stack::Stacks;
 use crate::bvh::{Bvh, BvhRays};
 use crate::gbuffer;
 use crate::simd::{Isa, Kernel, Simd};

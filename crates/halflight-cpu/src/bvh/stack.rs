@@ -1,0 +1,88 @@
+//! What a traversal has still to visit.
+
+use super::layout::Node;
+use crate::simd::Lanes;
+
+/// Entries of a traversal stack: each of the at most 57 levels (48 by box, then 2³² triangles parted eightfold) leaves seven
+/// siblings behind.
+pub(crate) const STACK: usize = 512;
+
+/// Room for what is still to be visited.
+pub(super) struct Stacks {
+    /// Nodes and blocks for a bundle as a whole.
+    pub(super) whole: [u32; STACK],
+    /// Nodes and blocks with the rays of a bundle that may enter them.
+    pub(super) split: [(u32, u64); STACK],
+    /// Nodes and blocks for one ray.
+    pub(super) single: [u32; STACK],
+}
+
+impl Stacks {
+    pub(super) fn new() -> Self {
+        Self { whole: [0; STACK], split: [(0, 0); STACK], single: [0; STACK] }
+    }
+}
+
+/// Pushes the children in `mask`, the nearest last, and returns the new height.
+#[inline(always)]
+pub(super) fn push_near_last<L: Lanes>(
+    node: &Node,
+    mask: u32,
+    enter: L,
+    stack: &mut [u32; STACK],
+    height: usize,
+) -> usize {
+    let mut height = height;
+    let mut left = mask;
+    if left == 0 {
+        return height;
+    }
+    if left & (left - 1) == 0 {
+        stack[height] = node.child(left.trailing_zeros() as usize);
+        return height + 1;
+    }
+    let mut distances = [0.0f32; 8];
+    enter.store(&mut distances);
+    let (mut nearest, mut least) = (0, f32::INFINITY);
+    while left != 0 {
+        let child = left.trailing_zeros() as usize;
+        left &= left - 1;
+        stack[height] = node.child(child);
+        if distances[child] < least {
+            (nearest, least) = (height, distances[child]);
+        }
+        height += 1;
+    }
+    if least < f32::INFINITY {
+        stack.swap(nearest, height - 1);
+    }
+    height
+}
+
+/// Pushes the children in `mask` with the distance of each, nearest last, and returns the new height.
+#[inline(always)]
+pub(super) fn push_sorted<L: Lanes>(
+    node: &Node,
+    mask: u32,
+    enter: L,
+    stack: &mut [(u32, f32); STACK],
+    height: usize,
+) -> usize {
+    let mut distances = [0.0f32; 8];
+    enter.store(&mut distances);
+    let mut top = height;
+    let mut left = mask;
+    while left != 0 {
+        let child = left.trailing_zeros() as usize;
+        left &= left - 1;
+        let entry = (node.child(child), distances[child]);
+        let mut slot = top;
+        while slot > height && stack[slot - 1].1 < entry.1 {
+            stack[slot] = stack[slot - 1];
+            slot -= 1;
+        }
+        stack[slot] = entry;
+        top += 1;
+    }
+    top
+}
