@@ -1,9 +1,9 @@
 //! Ray-traced visibility: a bounding-volume hierarchy over the scene's triangles, and rays that travel through it in
 //! bundles.
 //!
-//! obvhs builds the hierarchy; [`layout`] flattens it into nodes of eight children and blocks of eight triangles. Whether
-//! a ray meets a triangle is decided exactly ([`exact`]), nearly always by a filter over many at once ([`facet`]); box
-//! tests ([`slab`]) are conservative. So bundles ([`shadow`]), single rays ([`single`]) and a search through all triangles
+//! obvhs builds the hierarchy; `layout` flattens it into nodes of eight children and blocks of eight triangles. Whether
+//! a ray meets a triangle is decided exactly (`exact`), nearly always by a filter over many at once (`facet`); box
+//! tests (`slab`) are conservative. So bundles (`shadow`), single rays (`single`) and a search through all triangles
 //! agree hit for hit, whatever the instruction set.
 
 mod bundle;
