@@ -1,6 +1,6 @@
 //! Vectors of single-precision numbers whose width is chosen at run time.
 //!
-//! A [`Kernel`] is written once over the [`Lanes`] of a [`Simd`] level and compiled for each; [`Isa::run`] enters the
+//! A `Kernel` is written once over the `Lanes` of a `Simd` level and compiled for each; `Isa::run` enters the
 //! version for an instruction set that the processor was found to have. No operation is fused or approximate, so all
 //! versions give the same bits.
 
