@@ -4,9 +4,8 @@ use halflight_core::fragment::Fragments;
 use halflight_core::frame::Frame;
 use halflight_core::mask::Purpose;
 use halflight_core::stages::{Refiner, Visibility};
-use rayon::prelude::*;
 
-use super::pixel_sample;
+use super::{pixel_sample, trace_pixels};
 
 /// Gives every receiver pixel a fragment of its own with a full mask.
 #[derive(Clone, Debug, Default)]
@@ -26,15 +25,7 @@ impl Refiner for Full {
         order_by_tiles(gbuffer.width, gbuffer.height, &mut self.pixels);
         self.pixels.retain(|&pixel| gbuffer.is_receiver(pixel as usize));
         let batch = fragments.open_batch(frame.pattern, Purpose::Final);
-        let queries = fragments.batch_mut(batch).fill(self.pixels.len());
-        queries.par_iter_mut().zip(&self.pixels).with_min_len(1024).for_each(|(query, &pixel)| {
-            if let Some(receiver) = gbuffer.receiver(pixel as usize) {
-                (query.origin, query.normal) = (receiver.origin, receiver.normal);
-                query.pixel = pixel;
-                query.key = frame.key(light, pixel, pixel);
-            }
-        });
-        visibility.masks(frame, fragments.batch_mut(batch));
+        trace_pixels(frame, light, &self.pixels, visibility, fragments.batch_mut(batch));
         for (query, &pixel) in self.pixels.iter().enumerate() {
             let sample = pixel_sample(pixel as usize, gbuffer.width, 0, batch, query);
             let index = fragments.push_sample(sample);

@@ -12,7 +12,11 @@ pub use nichols::{Nichols, NicholsConfig};
 pub use sfvt_gass::{SfvtGass, SfvtGassConfig};
 
 use halflight_core::fragment::Sample;
+use halflight_core::frame::Frame;
+use halflight_core::mask::MaskBatch;
 use halflight_core::pattern::Pattern;
+use halflight_core::stages::Visibility;
+use rayon::prelude::*;
 
 /// When geometry alone splits a fragment. None of the papers gives its thresholds.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -38,6 +42,24 @@ struct Pending {
     y: u32,
     /// Must be rendered, whatever its geometry (Nichols10: the coarser result showed an illumination discontinuity).
     forced: bool,
+}
+
+/// Asks for full masks at receiver pixels, one query a pixel in their order.
+fn trace_pixels(
+    frame: &Frame,
+    light: u32,
+    pixels: &[u32],
+    visibility: &mut dyn Visibility,
+    batch: &mut MaskBatch,
+) {
+    batch.fill(pixels.len()).par_iter_mut().zip(pixels).with_min_len(1024).for_each(|(query, &pixel)| {
+        if let Some(receiver) = frame.gbuffer.receiver(pixel as usize) {
+            (query.origin, query.normal) = (receiver.origin, receiver.normal);
+            query.pixel = pixel;
+            query.key = frame.key(light, pixel, pixel);
+        }
+    });
+    visibility.masks(frame, batch);
 }
 
 /// A single-pixel sample made of one query.

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::place::{cell_faces_away, cell_rect, faces_away, fragment_point, geometry_breaks, has_receiver};
-use super::{GeometryThresholds, Pending, pixel_sample, quarter};
+use super::{GeometryThresholds, Pending, pixel_sample, quarter, trace_pixels};
 
 /// Constants of Koa17. Bit counts are for masks of 16 samples a quadrant and scale with longer ones.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -325,15 +325,7 @@ impl Refiner for SfvtGass {
                 fragments.push_cell(0, x, y, &[sample]);
             }
         }
-        let queries = fragments.batch_mut(finals).fill(self.finals.len());
-        queries.par_iter_mut().zip(&self.finals).with_min_len(1024).for_each(|(query, &pixel)| {
-            if let Some(receiver) = gbuffer.receiver(pixel as usize) {
-                (query.origin, query.normal) = (receiver.origin, receiver.normal);
-                query.pixel = pixel;
-                query.key = frame.key(light, pixel, pixel);
-            }
-        });
-        visibility.masks(frame, fragments.batch_mut(finals));
+        trace_pixels(frame, light, &self.finals, visibility, fragments.batch_mut(finals));
     }
 
     fn patterns(&self, full: Pattern) -> Vec<Pattern> {
