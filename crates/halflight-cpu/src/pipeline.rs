@@ -417,9 +417,10 @@ fn merge_levels(gbuffer: &GBuffer, fragments: &Fragments, levels: &mut [u8]) {
     for cell in fragments.cells() {
         let (x0, y0, x1, y1) = cell.pixels(fragments.width(), fragments.height());
         for y in y0..y1 {
-            for pixel in gbuffer.index(x0, y)..gbuffer.index(x1, y) {
+            let row = gbuffer.index(x0, y)..gbuffer.index(x1, y);
+            for (pixel, level) in row.clone().zip(&mut levels[row]) {
                 if gbuffer.is_receiver(pixel) {
-                    levels[pixel] = cell.level.min(levels[pixel]);
+                    *level = cell.level.min(*level);
                 }
             }
         }

@@ -108,10 +108,10 @@ mod tests {
                 let pattern = Pattern { kind, columns, rows };
                 for first in (0..pattern.len()).step_by(LANES) {
                     let block = positions(&light, pattern, 77, first);
-                    for lane in 0..LANES.min(pattern.len() - first) {
-                        let expected = light.point(pattern.position(first + lane, 77));
-                        let found = Vec3::new(block[0][lane], block[1][lane], block[2][lane]);
-                        assert_eq!(found, expected, "{kind:?} {columns}x{rows} sample {}", first + lane);
+                    for sample in first..(first + LANES).min(pattern.len()) {
+                        let expected = light.point(pattern.position(sample, 77));
+                        let found = Vec3::from_array(block.map(|axis| axis[sample - first]));
+                        assert_eq!(found, expected, "{kind:?} {columns}x{rows} sample {sample}");
                     }
                 }
             }
