@@ -13,7 +13,7 @@ fn bench(c: &mut Criterion) {
     for refiner in RefinerConfig::NAMES {
         let mut pipeline = warm(&scene, &bvh, refiner).unwrap();
         group.bench_function(refiner, |b| {
-            b.iter(|| pipeline.render().map(|image| image.stats.total_ms).unwrap())
+            b.iter(|| pipeline.render().map(|image| image.stats.total_ms).unwrap());
         });
     }
     group.finish();
