@@ -72,6 +72,9 @@ pub struct SceneChoice {
     /// Light samples a pixel of its reference, if not the experiment's.
     #[serde(default)]
     pub reference_samples: Option<u32>,
+    /// Timed frames a row, if not the experiment's.
+    #[serde(default)]
+    pub repetitions: Option<u32>,
 }
 
 /// Pipelines: every combination of the axes.
@@ -212,6 +215,7 @@ impl Experiment {
             name: name.clone(),
             parameters: toml::Table::new(),
             reference_samples: None,
+            repetitions: None,
         };
         self.scenes = names.iter().map(plain).collect();
     }
@@ -220,6 +224,7 @@ impl Experiment {
     pub fn make_quick(&mut self) {
         self.size = [160, 120];
         self.repetitions = 1;
+        self.scenes.iter_mut().for_each(|scene| scene.repetitions = None);
     }
 
     /// Image width in pixels.
@@ -236,7 +241,7 @@ impl Experiment {
         if self.size.contains(&0) {
             return Err("size is 0 wide or high, expected at least [1, 1]".to_string());
         }
-        if self.repetitions == 0 {
+        if self.repetitions == 0 || self.scenes.iter().any(|scene| scene.repetitions == Some(0)) {
             return Err("repetitions is 0, expected at least 1".to_string());
         }
         if self.reference.seed == self.seed {

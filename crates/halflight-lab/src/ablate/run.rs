@@ -307,9 +307,10 @@ impl Bench<'_> {
                 return Ok(());
             }
             // Round and round: whatever slows the machine for a while slows all rows alike.
-            for repetition in 1..=self.experiment.repetitions {
+            let choice = &self.experiment.scenes[self.setting.scene];
+            let of = choice.repetitions.unwrap_or(self.experiment.repetitions);
+            for repetition in 1..=of {
                 for running in &mut group {
-                    let of = self.experiment.repetitions;
                     progress.now(format!(
                         "{}: round {repetition} of {of}, {}",
                         self.setting.label,
@@ -479,6 +480,7 @@ mod tests {
             name: "hairball".to_string(),
             parameters: "triangles = 2000".parse().unwrap(),
             reference_samples: None,
+            repetitions: None,
         };
         assert!(with_parameters(&choice).unwrap().scene.mesh.triangle_count() < 4000);
         choice.parameters = "triangle = 2000".parse().unwrap();
