@@ -227,6 +227,11 @@ impl Experiment {
         self.scenes.iter_mut().for_each(|scene| scene.repetitions = None);
     }
 
+    /// Timed frames of a row in the scene with this index.
+    pub fn repetitions_of(&self, scene: usize) -> u32 {
+        self.scenes.get(scene).and_then(|choice| choice.repetitions).unwrap_or(self.repetitions)
+    }
+
     /// Image width in pixels.
     pub fn width(&self) -> u32 {
         self.size[0]

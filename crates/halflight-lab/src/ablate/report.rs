@@ -42,15 +42,14 @@ pub fn html(
     page += &format!("<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n");
     page += &format!("<h1>{title}</h1>\n<p>{}</p>\n", escape(&experiment.description));
     page += &format!(
-        "<p class=\"from\"><code>{}</code><br>commit {}, {}, {} threads; {} × {} pixels, medians of {} warm frames, timed in turn. \
+        "<p class=\"from\"><code>{}</code><br>commit {}, {}, {} threads; {} × {} pixels; warm frames, timed in turn. \
          Every figure is in <a href=\"results.csv\">results.csv</a>.</p>\n",
         escape(command),
         escape(&provenance.commit),
         escape(&provenance.machine),
         provenance.threads,
         experiment.width(),
-        experiment.height(),
-        experiment.repetitions
+        experiment.height()
     );
     page += "<nav>";
     for setting in &outcome.settings {
@@ -104,7 +103,8 @@ fn section(
     let slug = &setting.slug;
     let triangles = integer(rows.first().map(|row| row.record.triangles));
     page.push_str(&format!("<section id=\"{slug}\">\n<h2>{}</h2>\n", escape(&setting.label)));
-    page.push_str(&format!("<p>{triangles} triangles.</p>\n<ul>\n"));
+    let frames = experiment.repetitions_of(setting.scene);
+    page.push_str(&format!("<p>{triangles} triangles; times are medians of {frames} frames.</p>\n<ul>\n"));
     for sentence in summary::sentences(rows) {
         page.push_str(&format!("<li>{}</li>\n", escape(&sentence)));
     }

@@ -307,8 +307,7 @@ impl Bench<'_> {
                 return Ok(());
             }
             // Round and round: whatever slows the machine for a while slows all rows alike.
-            let choice = &self.experiment.scenes[self.setting.scene];
-            let of = choice.repetitions.unwrap_or(self.experiment.repetitions);
+            let of = self.experiment.repetitions_of(self.setting.scene);
             for repetition in 1..=of {
                 for running in &mut group {
                     progress.now(format!(
