@@ -45,11 +45,11 @@ mod tests {
             ("default", 3, 2 * 5 * 2 + 6),
             ("koa-fig15", 1, 2 + 2),
             ("koa-fig16", 2, 2 + 2),
-            ("koa-fig17", 8, 3 + 3),
+            ("koa-fig17", 7, 3 + 3),
             ("koa-fig7", 1, 2 * 5),
             ("koa-fig8", 1, 3),
             ("koa-table1", 3, 1 + 2 + 2 + 3),
-            ("light-samples", 3, 2 * 3 + 2 * 3 * 3 + 2 * 3 * 2),
+            ("light-samples", 3, 2 * 3 + 2 * (2 * 3 + 1) + 2 * (2 * 2 + 1)),
             ("thresholds", 1, (6 + 5 + 1 + 3) * 10 + 6),
         ];
         assert_eq!(counts, expected);

@@ -1,7 +1,8 @@
 //! Charts of finished rows: error against time, rays or the size of the light.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use halflight_cpu::config::{RefinerConfig, UpsamplerConfig};
 use halflight_metrics::{write_atomically, write_png};
 use plotters::prelude::*;
 
@@ -117,7 +118,7 @@ const COLORS: [[u8; 3]; 7] = [
 ];
 const BLACK_INK: [u8; 3] = [0; 3];
 const GREY: [u8; 3] = [0x66; 3];
-const SHAPES: [Shape; 4] = [Shape::Circle, Shape::Triangle, Shape::Diamond, Shape::Square];
+const UPSAMPLERS: &str = "Colour: upsampler";
 
 /// Which mark a row gets: shape by refiner, colour by upsampler (or by light samples, where those vary more), filled for
 /// `ratio`.
@@ -139,10 +140,10 @@ impl Marks {
         let (title, colors, colored) = if samples.len() > upsamplers.len() {
             ("Colour: light samples", samples, sampled)
         } else {
-            ("Colour: upsampler", upsamplers, upsampled)
+            (UPSAMPLERS, upsamplers, upsampled)
         };
         let mut refiners = distinct(rows.iter().copied(), |row| row.record.refiner.clone());
-        refiners.sort_by_key(|refiner| refiner == "full");
+        refiners.sort_by_key(|refiner| RefinerConfig::NAMES.iter().position(|known| known == refiner));
         Self {
             refiners,
             colors,
@@ -153,43 +154,46 @@ impl Marks {
     }
 
     fn mark(&self, row: &Finished) -> Mark {
-        let refiner = self.refiners.iter().position(|refiner| *refiner == row.record.refiner).unwrap_or(0);
-        let color = self.colors.iter().position(|color| *color == (self.colored)(row));
         // Monte Carlo has no upsampler to be coloured by.
-        let plain = row.record.refiner == "full" && self.title == "Colour: upsampler";
-        let rgb = match color {
-            Some(color) if !plain => COLORS[color % COLORS.len()],
-            _ => BLACK_INK,
-        };
-        let shape = if row.record.refiner == "full" { Shape::Square } else { SHAPES[refiner % 3] };
-        Mark { shape, rgb, filled: row.record.shading == "ratio" }
+        let plain = row.record.refiner == "full" && self.title == UPSAMPLERS;
+        let rgb = if plain { BLACK_INK } else { self.color(&(self.colored)(row)) };
+        Mark { shape: shape(&row.record.refiner), rgb, filled: row.record.shading == "ratio" }
+    }
+
+    /// Upsamplers have the same colour in all charts.
+    fn color(&self, name: &str) -> [u8; 3] {
+        let upsampler = UpsamplerConfig::NAMES.iter().position(|known| *known == name);
+        let place = upsampler.or_else(|| self.colors.iter().position(|color| color == name));
+        place.map_or(GREY, |place| COLORS[place % COLORS.len()])
     }
 
     fn key(&self) -> Vec<KeyGroup> {
-        let shape = |(index, refiner): (usize, &String)| {
-            let shape = if refiner == "full" { Shape::Square } else { SHAPES[index % 3] };
-            let words = if refiner == "full" { "full (Monte Carlo)" } else { refiner };
-            (Mark { shape, rgb: GREY, filled: true }, words.to_string())
+        let group = |title: &str, names: &[String], entry: &dyn Fn(&str) -> (Mark, String)| KeyGroup {
+            title: title.to_string(),
+            entries: names.iter().map(|name| entry(name)).collect(),
         };
-        let color = |(index, name): (usize, &String)| {
-            (Mark { shape: Shape::Circle, rgb: COLORS[index % COLORS.len()], filled: true }, name.clone())
-        };
-        let fill =
-            |name: &String| (Mark { shape: Shape::Circle, rgb: GREY, filled: name == "ratio" }, name.clone());
         vec![
-            KeyGroup {
-                title: "Shape: refiner".to_string(),
-                entries: self.refiners.iter().enumerate().map(shape).collect(),
-            },
-            KeyGroup {
-                title: self.title.to_string(),
-                entries: self.colors.iter().enumerate().map(color).collect(),
-            },
-            KeyGroup {
-                title: "Fill: shading".to_string(),
-                entries: self.shadings.iter().map(fill).collect(),
-            },
+            group("Shape: refiner", &self.refiners, &|name| {
+                let words = if name == "full" { "full (Monte Carlo)" } else { name };
+                (Mark { shape: shape(name), rgb: GREY, filled: true }, words.to_string())
+            }),
+            group(self.title, &self.colors, &|name| {
+                (Mark { shape: Shape::Circle, rgb: self.color(name), filled: true }, name.to_string())
+            }),
+            group("Fill: shading", &self.shadings, &|name| {
+                (Mark { shape: Shape::Circle, rgb: GREY, filled: name == "ratio" }, name.to_string())
+            }),
         ]
+    }
+}
+
+/// A refiner has the same shape in all charts.
+fn shape(refiner: &str) -> Shape {
+    match RefinerConfig::NAMES.iter().position(|known| *known == refiner) {
+        Some(0) => Shape::Circle,
+        Some(1) => Shape::Triangle,
+        Some(2) => Shape::Square,
+        _ => Shape::Diamond,
     }
 }
 
@@ -307,17 +311,20 @@ impl Chart {
         Ok((size.0, size.1, bytes.as_chunks().0.to_vec()))
     }
 
-    /// Writes `path.svg` and `path.png`.
+    /// Writes `path.svg` and `path.png`; the path itself may hold dots.
     ///
     /// # Errors
     /// Drawing or writing failed.
     pub fn write(&self, path: &Path) -> Result<(), AblateError> {
+        let ending = |ending: &str| {
+            let mut name = path.as_os_str().to_os_string();
+            name.push(ending);
+            PathBuf::from(name)
+        };
         let svg = self.svg()?;
-        write_atomically(&path.with_extension("svg"), |file| {
-            std::io::Write::write_all(file, svg.as_bytes())
-        })?;
+        write_atomically(&ending(".svg"), |file| std::io::Write::write_all(file, svg.as_bytes()))?;
         let (width, height, pixels) = self.pixels()?;
-        write_png(&path.with_extension("png"), width, height, &pixels)?;
+        write_png(&ending(".png"), width, height, &pixels)?;
         Ok(())
     }
 
@@ -390,6 +397,17 @@ mod tests {
         // The title's row band holds ink.
         let title = &pixels[28 * width as usize..72 * width as usize];
         assert!(title.iter().filter(|p| p[0] < 128).count() > 50);
+    }
+
+    #[test]
+    fn names_with_dots_stay_whole() {
+        let folder = std::env::temp_dir().join(format!("halflight-chart-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        chart(Against::Rays).write(&folder.join("hall-x0.5-rays")).unwrap();
+        for name in ["hall-x0.5-rays.svg", "hall-x0.5-rays.png"] {
+            assert!(folder.join(name).is_file(), "{name} is missing");
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]

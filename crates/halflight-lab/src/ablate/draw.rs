@@ -15,6 +15,8 @@ pub(crate) const SIZE: (u32, u32) = (1400, 760);
 const PLOT: (i32, i32, i32, i32) = (86, 960, 64, 690);
 /// Distance of the outermost points from the frame, in parts of the plot.
 const MARGIN: f64 = 0.05;
+/// Least extent of an axis: a factor of two and a half, or 0.4 units.
+const NARROWEST: f64 = 0.4;
 const FONT: &str = "sans-serif";
 const INK: RGBColor = RGBColor(34, 34, 34);
 const GRID: RGBColor = RGBColor(228, 228, 228);
@@ -56,7 +58,8 @@ impl Axis {
         if low > high {
             (low, high) = (0.0, 1.0);
         }
-        let margin = ((high - low) * MARGIN).max(0.02);
+        // Wide enough for two ticks at least.
+        let margin = ((high - low) * MARGIN).max(0.5 * (NARROWEST - (high - low)));
         Self { scale, low: low - margin, high: high + margin, from, to }
     }
 

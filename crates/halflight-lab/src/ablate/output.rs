@@ -70,7 +70,13 @@ fn charts(experiment: &Experiment, outcome: &Outcome, places: &Places) -> Result
             if !rows.is_empty() {
                 let name = super::plan::scene_label(choice);
                 let title = format!("{name}, {size}: error against the size of the light");
-                draw(format!("{}-light", slugs[0]), title, &rows, Against::Light, slugs[..1].to_vec())?;
+                draw(
+                    format!("{}-light", super::plan::slug(&name)),
+                    title,
+                    &rows,
+                    Against::Light,
+                    slugs[..1].to_vec(),
+                )?;
             }
         }
     }

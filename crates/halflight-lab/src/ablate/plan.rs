@@ -178,7 +178,7 @@ impl Row {
 }
 
 /// Letters, digits, `.` and `_` as they are, everything else as single hyphens.
-fn slug(text: &str) -> String {
+pub(crate) fn slug(text: &str) -> String {
     let mut slug = String::new();
     for character in text.chars() {
         if character.is_ascii_alphanumeric() || "._".contains(character) {
