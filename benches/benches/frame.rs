@@ -4,10 +4,10 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use halflight::config::RefinerConfig;
-use halflight_benches::{atrium, warm};
+use halflight_benches::{scene, warm};
 
 fn bench(c: &mut Criterion) {
-    let (scene, bvh) = atrium().unwrap();
+    let (scene, bvh) = scene("atrium").unwrap();
     let mut group = c.benchmark_group("frame");
     group.sample_size(10);
     for refiner in RefinerConfig::NAMES {

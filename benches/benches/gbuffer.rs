@@ -4,10 +4,10 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use halflight::gbuffer::GBuffer;
-use halflight_benches::{HEIGHT, WIDTH, atrium};
+use halflight_benches::{HEIGHT, WIDTH, scene};
 
 fn bench(c: &mut Criterion) {
-    let (scene, bvh) = atrium().unwrap();
+    let (scene, bvh) = scene("atrium").unwrap();
     let mut gbuffer = GBuffer::default();
     let mut group = c.benchmark_group("gbuffer");
     group.sample_size(20);

@@ -9,10 +9,10 @@ use halflight::irradiance::Shading;
 use halflight::pattern::{Pattern, PatternKind};
 use halflight::pyramid::Pyramid;
 use halflight::unshadowed::unshadowed_many;
-use halflight_benches::{atrium, warm};
+use halflight_benches::{scene, warm};
 
 fn bench(c: &mut Criterion) {
-    let (scene, bvh) = atrium().unwrap();
+    let (scene, bvh) = scene("atrium").unwrap();
     let mut group = c.benchmark_group("irradiance");
     group.sample_size(20);
     for refiner in ["full", "sfvt-gass"] {

@@ -4,10 +4,10 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use halflight::pyramid::{MAX_LEVEL, Pyramid};
-use halflight_benches::{atrium, warm};
+use halflight_benches::{scene, warm};
 
 fn bench(c: &mut Criterion) {
-    let (scene, bvh) = atrium().unwrap();
+    let (scene, bvh) = scene("atrium").unwrap();
     let pipeline = warm(&scene, &bvh, "full").unwrap();
     let mut pyramid = Pyramid::default();
     let mut group = c.benchmark_group("pyramid");

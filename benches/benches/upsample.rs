@@ -8,10 +8,10 @@ use halflight::frame::{Frame, Sharing};
 use halflight::irradiance::{Shading, evaluate};
 use halflight::pattern::{Pattern, PatternKind};
 use halflight::pyramid::Pyramid;
-use halflight_benches::{atrium, warm};
+use halflight_benches::{scene, warm};
 
 fn bench(c: &mut Criterion) {
-    let (scene, bvh) = atrium().unwrap();
+    let (scene, bvh) = scene("atrium").unwrap();
     let pipeline = warm(&scene, &bvh, "sfvt-gass").unwrap();
     let (gbuffer, pyramid) = (pipeline.gbuffer(), Pyramid::default());
     let pattern = Pattern::with_count(PatternKind::Jittered, 64).unwrap();

@@ -1,4 +1,4 @@
-//! What the benches share: the `atrium` at 640 × 480, ready to render.
+//! What the benches share: bundled scenes at 640 × 480, ready to render.
 
 use std::sync::Arc;
 
@@ -12,12 +12,12 @@ pub const WIDTH: u32 = 640;
 /// Image height of all benches.
 pub const HEIGHT: u32 = 480;
 
-/// The scene and its hierarchy.
+/// A bundled scene and its hierarchy.
 ///
 /// # Errors
-/// The bundled scene cannot be loaded.
-pub fn atrium() -> Result<(Arc<Scene>, Arc<Bvh>), Box<dyn std::error::Error>> {
-    let scene = halflight::scene_file::load_bundled("atrium")?.scene;
+/// No scene of this name is bundled, or it cannot be loaded.
+pub fn scene(name: &str) -> Result<(Arc<Scene>, Arc<Bvh>), Box<dyn std::error::Error>> {
+    let scene = halflight::scene_file::load_bundled(name)?.scene;
     let bvh = Bvh::build(&scene.mesh)?;
     Ok((Arc::new(scene), Arc::new(bvh)))
 }

@@ -1,5 +1,6 @@
 //! The `bvh` visibility backend.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -11,15 +12,18 @@ use halflight_core::stages::Visibility;
 use rayon::prelude::*;
 
 use super::Bvh;
-use super::bundle::Bundle;
+use super::bundle::{Bundle, RAYS};
 use super::stack::Stacks;
 use crate::samples::{LANES, positions};
 use crate::simd::{Isa, Kernel, Simd};
 
-/// Queries that one task answers.
-const CHUNK: usize = 64;
+/// Queries that one task answers: as many as a bundle has rays.
+const CHUNK: usize = RAYS;
 
-/// Exact visibility by ray tracing: all rays of a receiver travel together.
+/// How many diagonals of the mesh a light may be away for rays to start from it.
+const NEAR: f32 = 4.0;
+
+/// Exact visibility by ray tracing: rays that share a receiver or a light sample travel together.
 #[derive(Clone, Debug)]
 pub struct BvhRays {
     bvh: Arc<Bvh>,
@@ -86,6 +90,21 @@ struct Chunk<'a> {
 }
 
 impl Chunk<'_> {
+    /// The queries from `first` on whose light samples are at the same places, if rays may as well start there.
+    #[inline(always)]
+    fn same_points(&self, first: usize) -> Range<usize> {
+        let Query { key, origin, .. } = self.queries[first];
+        let light = self.light;
+        // Boxes are padded for rays that start on or near the geometry, not for those from a distant light.
+        let farthest = (light.corner - origin).abs() + light.edge_u.abs() + light.edge_v.abs();
+        if farthest.max_element() > NEAR * self.bvh.diagonal() {
+            return first..first + 1;
+        }
+        let any = self.pattern.ignores_key();
+        let count = self.queries[first..].iter().take_while(|query| any || query.key == key).count();
+        first..first + count
+    }
+
     /// Fills `bundle` with the rays of the wanted samples in one word of a mask, and `bits` with their places in it.
     #[inline(always)]
     fn gather<S: Simd>(&self, bundle: &mut Bundle, bits: &mut [u8; 64], query: usize, word: usize) {
@@ -109,7 +128,7 @@ impl Chunk<'_> {
     }
 }
 
-/// A chunk with all rays of a receiver in bundles of 64.
+/// A chunk in bundles of rays that share an end.
 struct Together<'a>(Chunk<'a>);
 
 impl Kernel for Together<'_> {
@@ -117,26 +136,87 @@ impl Kernel for Together<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let chunk = self.0;
-        let mut bundle = Bundle::new();
-        let mut bits = [0u8; 64];
-        let mut stacks = Stacks::new();
-        for query in 0..chunk.queries.len() {
+        let mut chunk = self.0;
+        let mut tracer = Tracer { bundle: Bundle::new(), bits: [0; 64], stacks: Stacks::new() };
+        let mut first = 0;
+        while first < chunk.queries.len() {
+            let run = chunk.same_points(first);
+            first = run.end;
             for word in 0..chunk.words {
-                let slot = query * chunk.words + word;
-                let wanted = chunk.wanted[slot];
-                if wanted == 0 {
-                    chunk.visible[slot] = 0;
-                    continue;
+                // Whichever way needs fewer bundles: 16 receivers that ask for the same 4 samples are 4 bundles.
+                let receivers = run.clone().filter(|query| chunk.wanted[query * chunk.words + word] != 0);
+                let (count, samples) = receivers
+                    .fold((0, 0), |(n, all), query| (n + 1, all | chunk.wanted[query * chunk.words + word]));
+                if samples.count_ones() < count {
+                    tracer.from_points::<S>(&mut chunk, run.clone(), word, samples);
+                } else {
+                    for query in run.clone() {
+                        tracer.from_receiver::<S>(&mut chunk, query, word);
+                    }
                 }
-                chunk.gather::<S>(&mut bundle, &mut bits, query, word);
-                let mut occluded = chunk.bvh.occluded::<S>(&bundle, &mut stacks);
-                let mut visible = wanted;
+            }
+        }
+    }
+}
+
+/// A bundle and room to trace it.
+struct Tracer {
+    bundle: Bundle,
+    /// Which sample or which query of a run each ray belongs to.
+    bits: [u8; 64],
+    stacks: Stacks,
+}
+
+impl Tracer {
+    /// All rays of a receiver in one word of its mask.
+    #[inline(always)]
+    fn from_receiver<S: Simd>(&mut self, chunk: &mut Chunk<'_>, query: usize, word: usize) {
+        let slot = query * chunk.words + word;
+        let mut visible = chunk.wanted[slot];
+        if visible != 0 {
+            chunk.gather::<S>(&mut self.bundle, &mut self.bits, query, word);
+            let mut occluded = chunk.bvh.occluded::<S>(&self.bundle, &mut self.stacks);
+            while occluded != 0 {
+                visible &= !(1 << self.bits[occluded.trailing_zeros() as usize]);
+                occluded &= occluded - 1;
+            }
+        }
+        chunk.visible[slot] = visible;
+    }
+
+    /// All rays of a run of receivers that share the positions of `samples`, sample by sample: a segment meets the same
+    /// triangles whichever end it starts from.
+    #[inline(always)]
+    fn from_points<S: Simd>(&mut self, chunk: &mut Chunk<'_>, run: Range<usize>, word: usize, samples: u64) {
+        let key = chunk.queries[run.start].key;
+        for query in run.clone() {
+            let slot = query * chunk.words + word;
+            chunk.visible[slot] = chunk.wanted[slot];
+        }
+        for group in 0..64 / LANES {
+            let mut left = samples >> (group * LANES) & ((1 << LANES) - 1);
+            if left == 0 {
+                continue;
+            }
+            let places = positions(chunk.light, chunk.pattern, key, word * 64 + group * LANES);
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let sample = 1 << (group * LANES + lane);
+                self.bundle.clear(Vec3::new(places[0][lane], places[1][lane], places[2][lane]));
+                for query in run.clone() {
+                    if chunk.wanted[query * chunk.words + word] & sample != 0 {
+                        self.bits[self.bundle.count()] = (query - run.start) as u8;
+                        self.bundle.push_end(chunk.queries[query].origin);
+                    }
+                }
+                self.bundle.finish::<S>();
+                let mut occluded = chunk.bvh.occluded::<S>(&self.bundle, &mut self.stacks);
                 while occluded != 0 {
-                    visible &= !(1 << bits[occluded.trailing_zeros() as usize]);
+                    let query = run.start + usize::from(self.bits[occluded.trailing_zeros() as usize]);
+                    chunk.visible[query * chunk.words + word] &= !sample;
                     occluded &= occluded - 1;
                 }
-                chunk.visible[slot] = visible;
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Shadow rays: all rays of one receiver at once.
+//! Shadow rays: all rays of one receiver, or to one light sample, at once.
 //!
 //! The bundle goes through the hierarchy as a whole: a node is entered when any ray between the bounds of its directions
 //! might enter it. For an axis-aligned light that is the exact pyramid from the receiver to the light. At a block the

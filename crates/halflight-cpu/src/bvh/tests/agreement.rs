@@ -97,7 +97,7 @@ fn soup_of_large_and_of_small_triangles() {
 fn hall_with_columns() {
     let scene = scene(&hall(), lamp(Vec3::new(4.0, 3.8, 8.0), 1.5));
     let (rays, seen) =
-        compare(&scene, &origins(2048, Vec3::new(0.1, 0.01, 0.1), Vec3::new(7.9, 2.9, 15.9)), 32);
+        compare(&scene, &origins(3072, Vec3::new(0.1, 0.01, 0.1), Vec3::new(7.9, 2.9, 15.9)), 32);
     assert!(rays > 1_000_000, "{rays}");
     assert!(seen > rays / 50 && seen < rays - rays / 50, "{seen} of {rays}");
 }

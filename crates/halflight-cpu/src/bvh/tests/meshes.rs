@@ -130,16 +130,21 @@ pub(crate) fn lamp(middle: Vec3, size: f32) -> AreaLight {
     }
 }
 
-/// Asks about `origins`, each with a key of its own, and a subset of the samples where `sparse`.
+/// Asks about `origins`. Where `sparse`, 16 at a time share a key, every other 16 ask for few samples, all for the same
+/// few, and the others for half of theirs; else each has a key of its own and asks for everything.
 pub(crate) fn ask(origins: &[Vec3], pattern: Pattern, sparse: bool) -> MaskBatch {
     let mut batch = MaskBatch::default();
     batch.reset(0, pattern, Purpose::Refine);
     for (index, &origin) in origins.iter().enumerate() {
-        let bits = hash::mix(index as u32);
+        let group = index as u32 / 16;
+        let (bits, shared) = (hash::mix(index as u32), hash::mix(group ^ 0x5eed));
+        let few = if group % 2 == 0 { u64::MAX } else { 1 << (shared % 64) | 1 << (shared >> 8) % 64 | 0xf };
         let subset: Vec<u64> = (0..pattern.words() as u32)
             .map(|word| u64::from(hash::fold(bits, word)) << 32 | u64::from(hash::fold(bits, !word)))
+            .map(|half| half & few)
             .collect();
-        batch.push(origin, Vec3::Y, index as u32, bits, sparse.then_some(&subset));
+        let key = if sparse { shared } else { bits };
+        batch.push(origin, Vec3::Y, index as u32, key, sparse.then_some(&subset));
     }
     batch
 }
