@@ -5,7 +5,8 @@ use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_core::scene::{Camera, Mesh, Scene, Texture};
 use rayon::prelude::*;
 
-use crate::bvh::{Bundle, Bvh, Hits, STACK, barycentric};
+use crate::bvh::{Bundle, Bvh, Hits, STACK};
+use crate::occluder::barycentric;
 use crate::simd::{Isa, Kernel, Simd};
 
 /// Pixels along the side of a tile; a tile is a bundle.

@@ -1,5 +1,6 @@
 //! The stages of Halflight on the CPU: the definition of correct.
 
+pub mod beam;
 pub mod bvh;
 mod compose;
 pub mod config;
@@ -7,8 +8,10 @@ mod dispatch;
 pub mod gbuffer;
 pub mod horizon;
 pub mod irradiance;
+mod occluder;
 pub mod pipeline;
 pub mod pyramid;
+pub mod raster4d;
 pub mod refine;
 mod samples;
 pub mod simd;

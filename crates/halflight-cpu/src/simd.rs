@@ -35,6 +35,11 @@ pub(crate) trait Lanes: Copy {
     fn flip(self, signs: Self) -> Self;
     /// Lanes of `other` where `mask` has a bit, of `self` elsewhere.
     fn select(self, mask: u32, other: Self) -> Self;
+    /// Towards 0, for positive numbers that fit 32 bits.
+    fn truncate(self) -> Self;
+    /// A word a lane with bits `first .. end` set, both whole, not negative and taken as 32 when larger, into the first
+    /// `WIDTH` words of `to`.
+    fn run_of_bits(first: Self, end: Self, to: &mut [u32; 16]);
     fn lt(self, other: Self) -> u32;
     fn le(self, other: Self) -> u32;
 }
@@ -45,6 +50,10 @@ pub(crate) trait Simd: 'static {
     type Wide: Lanes;
     /// Eight lanes, for data that comes in eights.
     type Eight: Lanes;
+
+    /// Runs a kernel as a function of its own: code that several kernels share is then compiled once for each
+    /// instruction set.
+    fn call<K: Kernel>(kernel: K) -> K::Output;
 }
 
 /// Work that is compiled for every instruction set. `run` and what it calls must be `#[inline(always)]`.
@@ -130,7 +139,7 @@ mod tests {
     fn results<L: Lanes>(turn: usize) -> Vec<[u32; 16]> {
         let mut turned = NUMBERS;
         turned.rotate_left(turn);
-        let mut out = vec![[0; 16]; 12];
+        let mut out = vec![[0; 16]; 14];
         for at in (0..16).step_by(L::WIDTH) {
             let (a, b) = (L::load(&NUMBERS[at..]), L::load(&turned[at..]));
             let mask = 0b1001_0110_0101_1010 >> at & L::ALL;
@@ -145,6 +154,7 @@ mod tests {
                 a.flip(b),
                 a.select(mask, b),
                 L::splat(NUMBERS[turn]),
+                a.abs().min(L::splat(1e9)).truncate(),
             ];
             for (slots, vector) in out.iter_mut().zip(vectors) {
                 let mut numbers = [0.0; 16];
@@ -153,7 +163,11 @@ mod tests {
                     slots[at + lane] = numbers[lane].to_bits();
                 }
             }
-            for (slots, bits) in out[10..].iter_mut().zip([a.lt(b), a.le(b)]) {
+            let count = |x: L| x.max(L::splat(0.0)).min(L::splat(70.0)).truncate();
+            let mut bits = [0; 16];
+            L::run_of_bits(count(a), count(b), &mut bits);
+            out[11][at..at + L::WIDTH].copy_from_slice(&bits[..L::WIDTH]);
+            for (slots, bits) in out[12..].iter_mut().zip([a.lt(b), a.le(b)]) {
                 assert_eq!(bits & !L::ALL, 0);
                 for lane in 0..L::WIDTH {
                     slots[at + lane] = bits >> lane & 1;

@@ -2,10 +2,7 @@
 
 use glam::Vec3;
 
-use super::facet::Facets;
-use super::layout::Block;
-use super::slab::{Shaft, inverse};
-use super::vector::Vector;
+use super::slab::inverse;
 use crate::simd::{Lanes, Simd};
 
 /// Rays of a bundle.
@@ -22,72 +19,6 @@ pub(crate) struct Bundle {
     pub(super) inverse: [[f32; RAYS]; 3],
     pub(super) low: Vec3,
     pub(super) high: Vec3,
-}
-
-/// [`Facets`] in memory, to pick one triangle at a time.
-pub(super) struct Planes {
-    edges: [[[f32; 8]; 3]; 3],
-    face: [[f32; 8]; 3],
-    distance: [f32; 8],
-    edge_error: [f32; 8],
-    face_error: [f32; 8],
-}
-
-impl Planes {
-    pub(super) fn new() -> Self {
-        Self {
-            edges: [[[0.0; 8]; 3]; 3],
-            face: [[0.0; 8]; 3],
-            distance: [0.0; 8],
-            edge_error: [0.0; 8],
-            face_error: [0.0; 8],
-        }
-    }
-
-    #[inline(always)]
-    fn set<L: Lanes>(&mut self, facets: &Facets<L>) {
-        facets.edges[0].store(&mut self.edges[0], 0);
-        facets.edges[1].store(&mut self.edges[1], 0);
-        facets.edges[2].store(&mut self.edges[2], 0);
-        facets.face.store(&mut self.face, 0);
-        facets.distance.store(&mut self.distance);
-        facets.edge_error.store(&mut self.edge_error);
-        facets.face_error.store(&mut self.face_error);
-    }
-
-    /// Sets up a block and returns the triangles in it that the bundle may meet, at t < 1 where `near`.
-    #[inline(always)]
-    pub(super) fn within<S: Simd>(
-        &mut self,
-        block: &Block,
-        bundle: &Bundle,
-        shaft: &Shaft,
-        near: bool,
-    ) -> u32 {
-        let facets =
-            Facets::<S::Eight>::new(block, Vector::splat(bundle.origin), Vector::splat(shaft.reach()));
-        let within = shaft.meets(&facets, near) & block.occupied();
-        if within != 0 {
-            self.set(&facets);
-        }
-        within
-    }
-
-    /// One triangle in all lanes.
-    #[inline(always)]
-    pub(super) fn facet<L: Lanes>(&self, lane: usize) -> Facets<L> {
-        Facets {
-            edges: [
-                Vector::broadcast(&self.edges[0], lane),
-                Vector::broadcast(&self.edges[1], lane),
-                Vector::broadcast(&self.edges[2], lane),
-            ],
-            face: Vector::broadcast(&self.face, lane),
-            distance: L::splat(self.distance[lane]),
-            edge_error: L::splat(self.edge_error[lane]),
-            face_error: L::splat(self.face_error[lane]),
-        }
-    }
 }
 
 impl Bundle {

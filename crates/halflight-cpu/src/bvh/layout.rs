@@ -2,14 +2,13 @@
 
 use std::time::Duration;
 
-use glam::{DVec3, Vec3};
 use halflight_core::scene::Mesh;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
-use super::vector::Vector;
+use crate::occluder::{Block, Vector};
 use crate::simd::Lanes;
 
 /// Set in a child that is a block; the other bits are its index.
@@ -21,7 +20,7 @@ const DEEP: usize = 48;
 /// Eight boxes and what is in them.
 #[derive(Debug)]
 #[repr(C, align(64))]
-pub(super) struct Node {
+pub(crate) struct Node {
     low: [[f32; 8]; 3],
     high: [[f32; 8]; 3],
     children: [u32; 8],
@@ -31,24 +30,9 @@ pub(super) struct Node {
 
 /// What a child is.
 #[derive(Clone, Copy)]
-pub(super) enum Child {
+pub(crate) enum Child {
     Node(u32),
     Block(u32),
-}
-
-/// Up to eight triangles.
-#[derive(Debug)]
-#[repr(C, align(64))]
-pub(super) struct Block {
-    corners: [[[f32; 8]; 3]; 3],
-    /// Products of two edges, rounded once.
-    normals: [[f32; 8]; 3],
-    /// Largest component of any edge.
-    longest: [f32; 8],
-    /// The triangles' indices in the mesh.
-    triangles: [u32; 8],
-    /// One bit a lane with a triangle that has an area.
-    occupied: u32,
 }
 
 impl Node {
@@ -56,7 +40,7 @@ impl Node {
 
     /// The children's boxes, already padded.
     #[inline(always)]
-    pub(super) fn bounds<L: Lanes>(&self) -> (Vector<L>, Vector<L>) {
+    pub(crate) fn bounds<L: Lanes>(&self) -> (Vector<L>, Vector<L>) {
         (Vector::load(&self.low, 0), Vector::load(&self.high, 0))
     }
 
@@ -67,7 +51,7 @@ impl Node {
     }
 
     #[inline(always)]
-    pub(super) fn occupied(&self) -> u32 {
+    pub(crate) fn occupied(&self) -> u32 {
         self.occupied
     }
 
@@ -81,76 +65,15 @@ impl Node {
     }
 
     #[inline(always)]
-    pub(super) fn child(&self, child: usize) -> u32 {
+    pub(crate) fn child(&self, child: usize) -> u32 {
         self.children[child]
     }
 }
 
 impl Child {
     #[inline(always)]
-    pub(super) fn decode(child: u32) -> Self {
+    pub(crate) fn decode(child: u32) -> Self {
         if child & BLOCK == 0 { Self::Node(child) } else { Self::Block(child & !BLOCK) }
-    }
-}
-
-impl Block {
-    fn new(mesh: &Mesh, triangles: &[u32]) -> Self {
-        let mut block = Self {
-            corners: [[[0.0; 8]; 3]; 3],
-            normals: [[0.0; 8]; 3],
-            longest: [0.0; 8],
-            triangles: [u32::MAX; 8],
-            occupied: 0,
-        };
-        for (lane, &triangle) in triangles.iter().enumerate() {
-            let corners = mesh.corners(triangle as usize);
-            let [a, b, c] = corners.map(Vec3::as_dvec3);
-            let normal = (b - a).cross(c - a);
-            for axis in 0..3 {
-                for (to, corner) in block.corners.iter_mut().zip(corners) {
-                    to[axis][lane] = corner[axis];
-                }
-                block.normals[axis][lane] = normal[axis] as f32;
-            }
-            block.occupied |= u32::from(normal != DVec3::ZERO) << lane;
-            block.longest[lane] = (b - a).abs().max((c - b).abs()).max((a - c).abs()).max_element() as f32;
-        }
-        block.triangles[..triangles.len()].copy_from_slice(triangles);
-        block
-    }
-
-    #[inline(always)]
-    pub(super) fn corners<L: Lanes>(&self) -> [Vector<L>; 3] {
-        [
-            Vector::load(&self.corners[0], 0),
-            Vector::load(&self.corners[1], 0),
-            Vector::load(&self.corners[2], 0),
-        ]
-    }
-
-    #[inline(always)]
-    pub(super) fn normals<L: Lanes>(&self) -> Vector<L> {
-        Vector::load(&self.normals, 0)
-    }
-
-    #[inline(always)]
-    pub(super) fn longest<L: Lanes>(&self) -> L {
-        L::load(&self.longest)
-    }
-
-    /// The corners of one triangle.
-    pub(super) fn triangle_corners(&self, lane: usize) -> [Vec3; 3] {
-        self.corners.map(|[x, y, z]| Vec3::new(x[lane], y[lane], z[lane]))
-    }
-
-    #[inline(always)]
-    pub(super) fn occupied(&self) -> u32 {
-        self.occupied
-    }
-
-    #[inline(always)]
-    pub(super) fn triangle(&self, lane: usize) -> u32 {
-        self.triangles[lane]
     }
 }
 

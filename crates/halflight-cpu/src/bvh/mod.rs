@@ -2,13 +2,10 @@
 //! bundles.
 //!
 //! obvhs builds the hierarchy; `layout` flattens it into nodes of eight children and blocks of eight triangles. Whether
-//! a ray meets a triangle is decided exactly (`exact`), nearly always by a filter over many at once (`facet`); box
-//! tests (`slab`) are conservative. So bundles (`shadow`), single rays (`single`) and a search through all triangles
+//! a ray meets a triangle is decided exactly (`occluder`); box tests (`slab`) are conservative. So bundles (`shadow`), single rays (`single`) and a search through all triangles
 //! agree hit for hit, whatever the instruction set.
 
 mod bundle;
-mod exact;
-mod facet;
 mod layout;
 mod nearest;
 mod rays;
@@ -18,7 +15,6 @@ mod slab;
 mod stack;
 #[cfg(test)]
 pub(crate) mod tests;
-mod vector;
 
 use std::time::{Duration, Instant};
 
@@ -27,10 +23,13 @@ use halflight_core::scene::{Mesh, MeshError};
 pub use rays::BvhRays;
 
 pub(crate) use bundle::Bundle;
-pub(crate) use facet::barycentric;
-use layout::{Block, Node};
+pub(crate) use layout::{Child, Node};
 pub(crate) use nearest::Hits;
-pub(crate) use stack::STACK;
+pub(crate) use rays::{Chunk, Tracer};
+pub(crate) use slab::Shaft;
+pub(crate) use stack::{STACK, push_near_last};
+
+use crate::occluder::Block;
 
 /// Why no hierarchy can be built over a mesh.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -53,9 +52,10 @@ pub enum BvhError {
 /// A bounding-volume hierarchy over the triangles of one mesh.
 #[derive(Debug)]
 pub struct Bvh {
-    nodes: Vec<Node>,
-    blocks: Vec<Block>,
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) blocks: Vec<Block>,
     diagonal: f32,
+    largest: f32,
     triangle_count: usize,
     build_time: Duration,
 }
@@ -87,6 +87,7 @@ impl Bvh {
             nodes,
             blocks,
             diagonal,
+            largest,
             triangle_count: mesh.triangle_count(),
             build_time: start.elapsed(),
         })
@@ -105,6 +106,11 @@ impl Bvh {
     /// Diagonal of the smallest box around the mesh, metres.
     pub fn diagonal(&self) -> f32 {
         self.diagonal
+    }
+
+    /// The largest coordinate of any corner.
+    pub(crate) fn largest(&self) -> f32 {
+        self.largest
     }
 
     /// Number of triangles.

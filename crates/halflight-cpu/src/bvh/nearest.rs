@@ -1,11 +1,11 @@
 //! Primary rays: the nearest hits of a bundle.
 
 use super::Bvh;
-use super::bundle::{Bundle, Planes, RAYS};
-use super::layout::{Block, Child};
+use super::bundle::{Bundle, RAYS};
+use super::layout::Child;
 use super::slab::Shaft;
 use super::stack::{STACK, push_sorted};
-use super::vector::Vector;
+use crate::occluder::{Block, Planes, Vector};
 use crate::simd::{Lanes, Simd};
 
 /// The nearest hit of every ray of a bundle.
@@ -84,7 +84,7 @@ impl Bvh {
         nearest: &mut Hits,
     ) -> bool {
         let mut planes = Planes::new();
-        let mut within = planes.within::<S>(block, bundle, shaft, false);
+        let mut within = shaft.within::<S>(block, false, &mut planes);
         let width = S::Wide::WIDTH;
         let mut found = false;
         while within != 0 {

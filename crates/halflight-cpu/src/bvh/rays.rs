@@ -79,14 +79,14 @@ impl Visibility for BvhRays {
 }
 
 /// Neighbouring queries of a batch.
-struct Chunk<'a> {
-    bvh: &'a Bvh,
-    light: &'a AreaLight,
-    pattern: Pattern,
-    words: usize,
-    queries: &'a [Query],
-    wanted: &'a [u64],
-    visible: &'a mut [u64],
+pub(crate) struct Chunk<'a> {
+    pub(crate) bvh: &'a Bvh,
+    pub(crate) light: &'a AreaLight,
+    pub(crate) pattern: Pattern,
+    pub(crate) words: usize,
+    pub(crate) queries: &'a [Query],
+    pub(crate) wanted: &'a [u64],
+    pub(crate) visible: &'a mut [u64],
 }
 
 impl Chunk<'_> {
@@ -137,7 +137,7 @@ impl Kernel for Together<'_> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let mut chunk = self.0;
-        let mut tracer = Tracer { bundle: Bundle::new(), bits: [0; 64], stacks: Stacks::new() };
+        let mut tracer = Tracer::new();
         let mut first = 0;
         while first < chunk.queries.len() {
             let run = chunk.same_points(first);
@@ -160,7 +160,7 @@ impl Kernel for Together<'_> {
 }
 
 /// A bundle and room to trace it.
-struct Tracer {
+pub(crate) struct Tracer {
     bundle: Bundle,
     /// Which sample or which query of a run each ray belongs to.
     bits: [u8; 64],
@@ -168,9 +168,13 @@ struct Tracer {
 }
 
 impl Tracer {
+    pub(crate) fn new() -> Self {
+        Self { bundle: Bundle::new(), bits: [0; 64], stacks: Stacks::new() }
+    }
+
     /// All rays of a receiver in one word of its mask.
     #[inline(always)]
-    fn from_receiver<S: Simd>(&mut self, chunk: &mut Chunk<'_>, query: usize, word: usize) {
+    pub(crate) fn from_receiver<S: Simd>(&mut self, chunk: &mut Chunk<'_>, query: usize, word: usize) {
         let slot = query * chunk.words + word;
         let mut visible = chunk.wanted[slot];
         if visible != 0 {

@@ -6,12 +6,12 @@
 //! that stay meet the rays a vector at a time. In dense geometry, where a bundle as a whole meets far too much, its rays
 //! get box tests of their own.
 
-use super::bundle::{Bundle, Planes};
-use super::layout::{Block, Child};
+use super::Bvh;
+use super::bundle::Bundle;
+use super::layout::Child;
 use super::slab::{Shaft, enters};
 use super::stack::{Stacks, push_near_last};
-use super::vector::Vector;
-use super::{Bvh, exact};
+use crate::occluder::{Block, Planes, Vector, exact};
 use crate::simd::{Lanes, Simd};
 
 /// Rays for each node or block that a bundle visits as a whole before its rays have box tests of their own.
@@ -157,7 +157,7 @@ impl Bvh {
         rays: u64,
     ) -> u64 {
         let mut planes = Planes::new();
-        let mut within = planes.within::<S>(block, bundle, shaft, true);
+        let mut within = shaft.within::<S>(block, true, &mut planes);
         let width = S::Wide::WIDTH;
         let mut left = rays;
         while within != 0 && left != 0 {

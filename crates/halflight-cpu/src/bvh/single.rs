@@ -2,12 +2,11 @@
 
 use glam::Vec3;
 
-use super::facet::Facets;
+use super::Bvh;
 use super::layout::Child;
 use super::slab::{enters, inverse};
 use super::stack::{STACK, push_near_last};
-use super::vector::Vector;
-use super::{Bvh, exact};
+use crate::occluder::{Facets, Vector, exact};
 use crate::simd::{Lanes, Simd};
 
 impl Bvh {

@@ -6,9 +6,8 @@
 
 use glam::Vec3;
 
-use super::facet::Facets;
-use super::vector::Vector;
-use crate::simd::Lanes;
+use crate::occluder::{Block, Facets, Planes, Vector};
+use crate::simd::{Lanes, Simd};
 
 /// Reciprocals of directions; large but finite for 0, so that no product is undefined.
 #[inline(always)]
@@ -34,7 +33,7 @@ pub(super) fn enters<L: Lanes>(
 
 /// All rays from one origin whose directions lie between two bounds.
 #[derive(Clone, Copy)]
-pub(super) struct Shaft {
+pub(crate) struct Shaft {
     origin: Vec3,
     low: Vec3,
     high: Vec3,
@@ -52,7 +51,7 @@ pub(super) struct Shaft {
 
 impl Shaft {
     #[inline(always)]
-    pub(super) fn new(origin: Vec3, low: Vec3, high: Vec3) -> Self {
+    pub(crate) fn new(origin: Vec3, low: Vec3, high: Vec3) -> Self {
         let mut shaft = Self {
             origin,
             low,
@@ -83,7 +82,7 @@ impl Shaft {
 
     /// Which boxes any of the rays may enter before `end`, and no later than where they do.
     #[inline(always)]
-    pub(super) fn enters<L: Lanes>(&self, low: Vector<L>, high: Vector<L>, end: f32) -> (u32, L) {
+    pub(crate) fn enters<L: Lanes>(&self, low: Vector<L>, high: Vector<L>, end: f32) -> (u32, L) {
         let (enter_x, leave_x) = self.span(0, low.x, high.x);
         let (enter_y, leave_y) = self.span(1, low.y, high.y);
         let (enter_z, leave_z) = self.span(2, low.z, high.z);
@@ -102,15 +101,16 @@ impl Shaft {
         (enter, last.mul(L::splat(self.leaving[axis])).max(L::splat(self.stay[axis])))
     }
 
-    /// Which triangles any of the rays may meet, at t < 1 where `near`.
+    /// Sets up a block and returns the triangles in it that any of the rays may meet, at t < 1 where `near`.
     #[inline(always)]
-    pub(super) fn meets<L: Lanes>(&self, facets: &Facets<L>, near: bool) -> u32 {
-        facets.reachable(Vector::splat(self.low), Vector::splat(self.high), near)
-    }
-
-    /// The largest component of any direction, axis by axis.
-    #[inline(always)]
-    pub(super) fn reach(&self) -> Vec3 {
-        self.low.abs().max(self.high.abs())
+    pub(super) fn within<S: Simd>(&self, block: &Block, near: bool, planes: &mut Planes) -> u32 {
+        let reach = self.low.abs().max(self.high.abs());
+        let facets = Facets::<S::Eight>::new(block, Vector::splat(self.origin), Vector::splat(reach));
+        let (low, high) = (Vector::splat(self.low), Vector::splat(self.high));
+        let within = facets.reachable(low, high, near) & block.occupied();
+        if within != 0 {
+            planes.set(&facets);
+        }
+        within
     }
 }

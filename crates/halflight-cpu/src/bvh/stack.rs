@@ -25,7 +25,7 @@ impl Stacks {
 
 /// Pushes the children in `mask`, the nearest last, and returns the new height.
 #[inline(always)]
-pub(super) fn push_near_last<L: Lanes>(
+pub(crate) fn push_near_last<L: Lanes>(
     node: &Node,
     mask: u32,
     enter: L,

@@ -1,12 +1,17 @@
 //! Plain arrays: what is left where no instruction set is named. The compiler vectorises most of it.
 
-use super::{Lanes, Simd};
+use super::{Kernel, Lanes, Simd};
 
 pub(super) struct Baseline;
 
 impl Simd for Baseline {
     type Wide = Array;
     type Eight = Array;
+
+    #[inline(never)]
+    fn call<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run::<Self>()
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -88,6 +93,17 @@ impl Lanes for Array {
             *a = if mask >> lane & 1 == 1 { b } else { *a };
         }
         Self(out)
+    }
+    #[inline(always)]
+    fn truncate(self) -> Self {
+        self.zip(self, |a, _| (a as i32) as f32)
+    }
+    #[inline(always)]
+    fn run_of_bits(first: Self, end: Self, to: &mut [u32; 16]) {
+        for lane in 0..8 {
+            let from = |count: f32| u32::MAX.checked_shl(count as u32).unwrap_or(0);
+            to[lane] = from(first.0[lane]) & !from(end.0[lane]);
+        }
     }
     #[inline(always)]
     fn lt(self, other: Self) -> u32 {

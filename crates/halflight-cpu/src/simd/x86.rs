@@ -10,20 +10,34 @@ struct Avx512;
 impl Simd for Avx2 {
     type Wide = Lanes8;
     type Eight = Lanes8;
+
+    #[inline(always)]
+    fn call<K: Kernel>(kernel: K) -> K::Output {
+        // SAFETY: kernels of this instruction set only run where the processor has it (`Isa::run`).
+        unsafe { avx2(kernel) }
+    }
 }
 
 impl Simd for Avx512 {
     type Wide = Lanes16;
     type Eight = Lanes8;
+
+    #[inline(always)]
+    fn call<K: Kernel>(kernel: K) -> K::Output {
+        // SAFETY: kernels of this instruction set only run where the processor has it (`Isa::run`).
+        unsafe { avx512(kernel) }
+    }
 }
 
 /// Runs a kernel compiled for AVX2. Callers make sure that the processor has the features.
+#[inline(never)]
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
 pub(super) fn avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx2>()
 }
 
 /// Runs a kernel compiled for AVX-512. Callers make sure that the processor has the features.
+#[inline(never)]
 #[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,bmi1,bmi2,popcnt,lzcnt")]
 pub(super) fn avx512<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx512>()
@@ -67,6 +81,13 @@ impl Lanes for Lanes8 {
             let chosen = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask as i32), lane), lane);
             Self(_mm256_blendv_ps(self.0, other.0, _mm256_castsi256_ps(chosen)))
         };
+        truncate(self: Self) -> Self = Self(_mm256_round_ps::<{ _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC }>(self.0));
+        run_of_bits(first: Self, end: Self, to: &mut [u32; 16]) -> () = {
+            let (first, end) = (_mm256_cvttps_epi32(first.0), _mm256_cvttps_epi32(end.0));
+            let all = _mm256_set1_epi32(-1);
+            let bits = _mm256_andnot_si256(_mm256_sllv_epi32(all, end), _mm256_sllv_epi32(all, first));
+            _mm256_storeu_si256(to.as_mut_ptr().cast(), bits)
+        };
         lt(self: Self, other: Self) -> u32 = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0)) as u32;
         le(self: Self, other: Self) -> u32 = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0)) as u32;
     }
@@ -93,6 +114,14 @@ impl Lanes for Lanes16 {
             Self(_mm512_xor_ps(self.0, _mm512_and_ps(signs.0, _mm512_set1_ps(-0.0))));
         select(self: Self, mask: u32, other: Self) -> Self =
             Self(_mm512_mask_blend_ps(mask as u16, self.0, other.0));
+        truncate(self: Self) -> Self =
+            Self(_mm512_roundscale_ps::<{ _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC }>(self.0));
+        run_of_bits(first: Self, end: Self, to: &mut [u32; 16]) -> () = {
+            let (first, end) = (_mm512_cvttps_epi32(first.0), _mm512_cvttps_epi32(end.0));
+            let all = _mm512_set1_epi32(-1);
+            let bits = _mm512_andnot_si512(_mm512_sllv_epi32(all, end), _mm512_sllv_epi32(all, first));
+            _mm512_storeu_si512(to.as_mut_ptr().cast(), bits)
+        };
         lt(self: Self, other: Self) -> u32 = u32::from(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0));
         le(self: Self, other: Self) -> u32 = u32::from(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0));
     }

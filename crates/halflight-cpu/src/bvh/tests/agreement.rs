@@ -7,8 +7,8 @@ use halflight_core::mask::MaskBatch;
 use halflight_core::scene::Scene;
 
 use super::meshes::{Numbers, answer, ask, hall, lamp, patterns, scene, soup};
-use crate::bvh::exact::meets;
 use crate::bvh::{Bvh, BvhRays};
+use crate::occluder::exact::meets;
 use crate::simd::Isa;
 
 /// All wanted bits by brute force over all triangles.

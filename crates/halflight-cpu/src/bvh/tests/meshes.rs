@@ -12,7 +12,7 @@ use halflight_core::scene::{Camera, Material, Mesh, Scene};
 use halflight_core::stages::Visibility;
 
 /// Numbers in 0 … 1 from a counter.
-pub(crate) struct Numbers(pub(super) u32);
+pub(crate) struct Numbers(pub(crate) u32);
 
 impl Numbers {
     pub(crate) fn next(&mut self) -> f32 {

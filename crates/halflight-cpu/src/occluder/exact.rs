@@ -7,7 +7,7 @@ use robust::{Coord3D, orient3d};
 ///
 /// The signs are exact, so a segment that passes from the inside of a closed mesh to its outside meets it, through edges
 /// and corners as well. A triangle that has an end of the segment in its plane is not met.
-pub(super) fn meets(origin: Vec3, end: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
+pub(crate) fn meets(origin: Vec3, end: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
     let sides = [volume(a, b, c, origin), volume(a, b, c, end)];
     let across = sides[0] < 0.0 && sides[1] > 0.0 || sides[0] > 0.0 && sides[1] < 0.0;
     if !across {

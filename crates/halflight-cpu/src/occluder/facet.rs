@@ -8,24 +8,24 @@
 
 use glam::Vec3;
 
-use super::layout::Block;
+use super::block::Block;
 use super::vector::Vector;
 use crate::simd::Lanes;
 
 /// Eight triangles seen from an origin; signs are turned so that a ray that meets a triangle has positive products.
 #[derive(Clone, Copy)]
-pub(super) struct Facets<L> {
+pub(crate) struct Facets<L> {
     /// Normals of the planes through the origin and each edge.
-    pub(super) edges: [Vector<L>; 3],
+    pub(crate) edges: [Vector<L>; 3],
     /// Normal of the triangle, away from the origin.
-    pub(super) face: Vector<L>,
+    pub(crate) face: Vector<L>,
     /// Distance of the triangle's plane from the origin, times the normal's length.
-    pub(super) distance: L,
+    pub(crate) distance: L,
     /// Bound on the error of the products with the edges' planes.
-    pub(super) edge_error: L,
+    pub(crate) edge_error: L,
     /// Bound on the error of the product with the face, less the distance. Infinite where the origin is so near the
     /// plane that all signs may be wrong.
-    pub(super) face_error: L,
+    pub(crate) face_error: L,
 }
 
 impl<L: Lanes> Facets<L> {
@@ -37,7 +37,7 @@ impl<L: Lanes> Facets<L> {
     /// wrong by u relative to each component, and products of them with corners and directions by 5u(Σ|aₖNₖ| + Σ|dₖNₖ|);
     /// 8u is taken.
     #[inline(always)]
-    pub(super) fn new(block: &Block, origin: Vector<L>, reach: Vector<L>) -> Self {
+    pub(crate) fn new(block: &Block, origin: Vector<L>, reach: Vector<L>) -> Self {
         let corners = block.corners();
         let (a, b, c) = (corners[0].sub(origin), corners[1].sub(origin), corners[2].sub(origin));
         let ab = corners[1].sub(corners[0]);
@@ -69,7 +69,7 @@ impl<L: Lanes> Facets<L> {
 
     /// Triangles that a ray along `d` meets at t < 1 or may meet, and those that it certainly meets.
     #[inline(always)]
-    pub(super) fn shadow(&self, d: Vector<L>) -> (u32, u32) {
+    pub(crate) fn shadow(&self, d: Vector<L>) -> (u32, u32) {
         let beyond = self.face.dot(d).sub(self.distance);
         let sides = [self.edges[0].dot(d), self.edges[1].dot(d), self.edges[2].dot(d)];
         let least = sides[0].min(sides[1]).min(sides[2]);
@@ -83,7 +83,7 @@ impl<L: Lanes> Facets<L> {
     /// Triangles that a ray along `d` meets at 0 < t ≤ `best`, give or take rounding at their borders, and where. Those
     /// seen edge-on are left to their neighbours.
     #[inline(always)]
-    pub(super) fn nearest(&self, d: Vector<L>, best: L) -> (u32, L) {
+    pub(crate) fn nearest(&self, d: Vector<L>, best: L) -> (u32, L) {
         let sides = [self.edges[0].dot(d), self.edges[1].dot(d), self.edges[2].dot(d)];
         let least = sides[0].min(sides[1]).min(sides[2]);
         let along = self.face.dot(d);
@@ -96,7 +96,7 @@ impl<L: Lanes> Facets<L> {
     /// Triangles that any ray between `low` and `high` may meet, at t < 1 where `near`. Rounding is monotone, so bounds
     /// on a product hold for every ray.
     #[inline(always)]
-    pub(super) fn reachable(&self, low: Vector<L>, high: Vector<L>, near: bool) -> u32 {
+    pub(crate) fn reachable(&self, low: Vector<L>, high: Vector<L>, near: bool) -> u32 {
         let zero = L::splat(0.0);
         let sides = [
             self.edges[0].greatest_dot(low, high),
@@ -108,6 +108,54 @@ impl<L: Lanes> Facets<L> {
         let unsure = self.face_error.lt(L::splat(f32::INFINITY)) ^ L::ALL;
         let least = sides[0].min(sides[1]).min(sides[2]);
         zero.le(least.add(self.edge_error)) & zero.le(beyond.add(self.face_error)) | unsure
+    }
+}
+
+/// [`Facets`] in memory, to pick one triangle at a time.
+pub(crate) struct Planes {
+    edges: [[[f32; 8]; 3]; 3],
+    face: [[f32; 8]; 3],
+    distance: [f32; 8],
+    edge_error: [f32; 8],
+    face_error: [f32; 8],
+}
+
+impl Planes {
+    pub(crate) fn new() -> Self {
+        Self {
+            edges: [[[0.0; 8]; 3]; 3],
+            face: [[0.0; 8]; 3],
+            distance: [0.0; 8],
+            edge_error: [0.0; 8],
+            face_error: [0.0; 8],
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn set<L: Lanes>(&mut self, facets: &Facets<L>) {
+        facets.edges[0].store(&mut self.edges[0], 0);
+        facets.edges[1].store(&mut self.edges[1], 0);
+        facets.edges[2].store(&mut self.edges[2], 0);
+        facets.face.store(&mut self.face, 0);
+        facets.distance.store(&mut self.distance);
+        facets.edge_error.store(&mut self.edge_error);
+        facets.face_error.store(&mut self.face_error);
+    }
+
+    /// One triangle in all lanes.
+    #[inline(always)]
+    pub(crate) fn facet<L: Lanes>(&self, lane: usize) -> Facets<L> {
+        Facets {
+            edges: [
+                Vector::broadcast(&self.edges[0], lane),
+                Vector::broadcast(&self.edges[1], lane),
+                Vector::broadcast(&self.edges[2], lane),
+            ],
+            face: Vector::broadcast(&self.face, lane),
+            distance: L::splat(self.distance[lane]),
+            edge_error: L::splat(self.edge_error[lane]),
+            face_error: L::splat(self.face_error[lane]),
+        }
     }
 }
 

@@ -1,0 +1,201 @@
+//! The `beam` visibility backend: which triangles may hide some of the light is asked once for many samples, and for many
+//! receivers where they lie close together.
+//!
+//! Receivers come in groups of up to 64 neighbours. The shaft between a group and the light (`shaft`) gathers the
+//! triangles that may hide something from any of them; each receiver then takes the masks of these. A group with too
+//! many of them is parted, and what is left of it walks the hierarchy receiver by receiver, with the pyramid from the
+//! receiver to the light. Where even that meets too many triangles, as in foliage, rays are quicker and get the rest.
+//! An empty shaft is a proof that all is lit, and a triangle across all of it that nothing is.
+
+mod group;
+mod shaft;
+#[cfg(test)]
+mod tests;
+
+use std::ops::AddAssign;
+use std::sync::Arc;
+
+use halflight_core::frame::Frame;
+use halflight_core::mask::{MaskBatch, Query};
+use halflight_core::stages::Visibility;
+use rayon::prelude::*;
+
+use crate::bvh::Bvh;
+use crate::occluder::{Points, Rows};
+use crate::simd::Isa;
+use group::{Answers, Groups};
+
+/// Queries of a group.
+const GROUP: usize = 64;
+
+/// Exact visibility by beams and shafts.
+#[derive(Debug)]
+pub struct Beam {
+    bvh: Arc<Bvh>,
+    isa: Isa,
+    order: Vec<u64>,
+    queries: Vec<Query>,
+    wanted: Vec<u64>,
+    visible: Vec<u64>,
+    counts: BeamCounts,
+}
+
+/// How receivers came by their masks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BeamCounts {
+    /// Receivers that the shaft of their group proved fully lit.
+    pub lit: u64,
+    /// Receivers that one triangle across the shaft of their group was proved to hide everything from.
+    pub umbra: u64,
+    /// Rays that these two proofs spared.
+    pub spared: u64,
+    /// Receivers that took their mask from their group's list.
+    pub listed: u64,
+    /// Receivers that walked the hierarchy by themselves.
+    pub walked: u64,
+    /// Receivers that met too much on their way and were left to rays.
+    pub left_to_rays: u64,
+}
+
+impl BeamCounts {
+    /// All receivers.
+    pub fn receivers(&self) -> u64 {
+        self.lit + self.umbra + self.listed + self.walked + self.left_to_rays
+    }
+}
+
+impl AddAssign for BeamCounts {
+    fn add_assign(&mut self, other: Self) {
+        let Self { lit, umbra, spared, listed, walked, left_to_rays } = other;
+        self.lit += lit;
+        self.umbra += umbra;
+        self.spared += spared;
+        self.listed += listed;
+        self.walked += walked;
+        self.left_to_rays += left_to_rays;
+    }
+}
+
+impl Beam {
+    /// Beams through a hierarchy, with the widest vectors that the processor has.
+    pub fn new(bvh: Arc<Bvh>) -> Self {
+        Self {
+            bvh,
+            isa: Isa::best(),
+            order: Vec::new(),
+            queries: Vec::new(),
+            wanted: Vec::new(),
+            visible: Vec::new(),
+            counts: BeamCounts::default(),
+        }
+    }
+
+    /// The same backend with another instruction set: the same answers, for comparison.
+    #[must_use]
+    pub fn with_isa(self, isa: Isa) -> Self {
+        Self { isa, ..self }
+    }
+
+    /// How the receivers of this frame came by their masks so far.
+    pub fn counts(&self) -> BeamCounts {
+        self.counts
+    }
+
+    /// Puts queries into an order in which neighbours in the image follow each other; false where they do already.
+    fn sort(&mut self, width: u32, batch: &MaskBatch) -> bool {
+        let width = width.max(1);
+        let tile = |pixel: u32| u64::from(pixel / width / 8) << 32 | u64::from(pixel % width / 8);
+        if batch.queries().is_sorted_by_key(|query| tile(query.pixel)) {
+            return false;
+        }
+        let place = |(index, query): (usize, &Query)| {
+            let (x, y) = (query.pixel % width, query.pixel / width);
+            (u64::from(spread(x) | spread(y) << 1)) << 32 | index as u64
+        };
+        self.order.clear();
+        self.order.extend(batch.queries().iter().enumerate().map(place));
+        self.order.par_sort_unstable();
+        true
+    }
+}
+
+/// Every other bit of the result, from the lower 16 bits.
+fn spread(bits: u32) -> u32 {
+    let mut bits = bits & 0xffff;
+    for (shift, mask) in [(8, 0x00ff_00ff), (4, 0x0f0f_0f0f), (2, 0x3333_3333), (1, 0x5555_5555)] {
+        bits = (bits | bits << shift) & mask;
+    }
+    bits
+}
+
+impl Visibility for Beam {
+    fn prepare(&mut self, _frame: &Frame) {
+        self.counts = BeamCounts::default();
+    }
+
+    fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
+        let words = batch.words();
+        if words == 0 {
+            return;
+        }
+        let sorted = self.sort(frame.gbuffer.width, batch);
+        let (pattern, light) = (batch.pattern(), *frame.light(batch.light()));
+        let parts = batch.parts();
+        if sorted {
+            self.queries.clear();
+            self.wanted.clear();
+            for &at in &self.order {
+                let at = at as u32 as usize;
+                self.queries.push(parts.queries[at]);
+                self.wanted.extend_from_slice(&parts.wanted[at * words..(at + 1) * words]);
+            }
+            self.visible.clear();
+            self.visible.resize(self.wanted.len(), 0);
+        }
+        let (queries, wanted) =
+            if sorted { (&self.queries[..], &self.wanted[..]) } else { (parts.queries, parts.wanted) };
+        let visible: &mut [u64] = if sorted { &mut self.visible } else { parts.visible };
+        let (bvh, isa) = (&*self.bvh, self.isa);
+        let wanted = wanted.par_chunks(GROUP * words);
+        let visible_groups = visible.par_chunks_mut(GROUP * words);
+        let groups = queries.par_chunks(GROUP).zip(wanted).zip(visible_groups);
+        let answers = |((queries, wanted), visible)| Answers {
+            bvh,
+            light: &light,
+            pattern,
+            words,
+            queries,
+            wanted,
+            visible,
+        };
+        let sum = |mut all: BeamCounts, some: BeamCounts| {
+            all += some;
+            all
+        };
+        let counts = if Rows::fit(pattern) {
+            let new = || Groups::new(Rows::new(pattern, &light));
+            groups
+                .map_init(new, |groups, group| groups.answer(isa, answers(group)))
+                .reduce(BeamCounts::default, sum)
+        } else {
+            let new = || Groups::new(Points::new(pattern, &light));
+            groups
+                .map_init(new, |groups, group| groups.answer(isa, answers(group)))
+                .reduce(BeamCounts::default, sum)
+        };
+        self.counts += counts;
+        if sorted {
+            for (&at, visible) in self.order.iter().zip(self.visible.chunks(words)) {
+                let at = at as u32 as usize;
+                parts.visible[at * words..(at + 1) * words].copy_from_slice(visible);
+            }
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        self.bvh.bytes()
+            + self.order.capacity() * 8
+            + self.queries.capacity() * size_of::<Query>()
+            + (self.wanted.capacity() + self.visible.capacity()) * 8
+    }
+}

@@ -1,0 +1,246 @@
+//! All segments between a box of receivers and a light: what lies outside can hide nothing from any of them.
+
+use glam::Vec3;
+use halflight_core::light::AreaLight;
+
+use crate::bvh::{Bvh, Child};
+use crate::occluder::{Block, OverLight, Vector};
+use crate::simd::{Kernel, Lanes, Simd};
+
+/// A plane along one axis: everything in the shaft has `x · first + y · second ≤ limit`, x and y along the other axes.
+#[derive(Clone, Copy)]
+struct Side {
+    first: f32,
+    second: f32,
+    limit: f32,
+}
+
+/// The convex hull of two boxes, one around receivers and one around a light: a box and, along each axis, the planes that
+/// touch both of them.
+pub(super) struct Hull {
+    low: Vec3,
+    high: Vec3,
+    /// Along x, y and z; at most four each.
+    sides: [[Side; 4]; 3],
+    counts: [usize; 3],
+    receivers: (Vec3, Vec3),
+    light: AreaLight,
+    /// Bound on what rounding does to positions and to products with unit vectors.
+    slack: f32,
+}
+
+/// The other two axes.
+const OTHERS: [(usize, usize); 3] = [(1, 2), (2, 0), (0, 1)];
+
+impl Hull {
+    /// `largest` bounds all coordinates of the scene.
+    pub(super) fn new(low: Vec3, high: Vec3, light: &AreaLight, largest: f32) -> Self {
+        let corners = light.corners();
+        let (mut light_low, mut light_high) = (corners[0], corners[0]);
+        for corner in corners {
+            (light_low, light_high) = (light_low.min(corner), light_high.max(corner));
+        }
+        let size =
+            light_high.abs().max(light_low.abs()).max(low.abs()).max(high.abs()).max_element().max(largest);
+        let slack = size * 2f32.powi(-20);
+        let mut hull = Self {
+            low: low.min(light_low) - slack,
+            high: high.max(light_high) + slack,
+            sides: [[Side { first: 0.0, second: 0.0, limit: 0.0 }; 4]; 3],
+            counts: [0; 3],
+            receivers: (low, high),
+            light: *light,
+            slack,
+        };
+        for axis in 0..3 {
+            let (i, j) = OTHERS[axis];
+            for (upper_i, upper_j) in [(false, false), (false, true), (true, false), (true, true)] {
+                let pick = |low: Vec3, high: Vec3| {
+                    (if upper_i { high[i] } else { low[i] }, if upper_j { high[j] } else { low[j] })
+                };
+                let (a, b) = (pick(low, high), pick(light_low, light_high));
+                // Both boxes lie behind the line through two like corners if its normal points away from both.
+                let (across, along) = (b.1 - a.1, a.0 - b.0);
+                let outward =
+                    |x: f32, y: f32| (x > 0.0) == upper_i && (y > 0.0) == upper_j && x != 0.0 && y != 0.0;
+                let length = (across * across + along * along).sqrt();
+                for sign in [1.0, -1.0] {
+                    let (first, second) = (sign * across / length, sign * along / length);
+                    if length > 0.0 && outward(first, second) {
+                        // Rounding may have turned the line a little: it is moved out to where both corners are behind.
+                        let limit =
+                            (first * a.0 + second * a.1).max(first * b.0 + second * b.1) + 4.0 * slack;
+                        hull.sides[axis][hull.counts[axis]] = Side { first, second, limit };
+                        hull.counts[axis] += 1;
+                    }
+                }
+            }
+        }
+        hull
+    }
+
+    /// Which of eight boxes reach into the hull.
+    #[inline(always)]
+    pub(super) fn reaches<L: Lanes>(&self, low: Vector<L>, high: Vector<L>) -> u32 {
+        let (from, to) = (Vector::<L>::splat(self.low), Vector::<L>::splat(self.high));
+        let mut inside = low.x.le(to.x) & low.y.le(to.y) & low.z.le(to.z);
+        inside &= from.x.le(high.x) & from.y.le(high.y) & from.z.le(high.z);
+        let (low, high) = ([low.x, low.y, low.z], [high.x, high.y, high.z]);
+        for (axis, (i, j)) in OTHERS.into_iter().enumerate() {
+            for side in &self.sides[axis][..self.counts[axis]] {
+                let nearest =
+                    |k: usize, part: f32| (if part > 0.0 { low[k] } else { high[k] }).mul(L::splat(part));
+                inside &= nearest(i, side.first).add(nearest(j, side.second)).le(L::splat(side.limit));
+            }
+        }
+        inside
+    }
+
+    /// Which triangles may hide something: those that reach into the hull and whose plane parts some of the receivers
+    /// from some of the light.
+    #[inline(always)]
+    pub(super) fn meets<L: Lanes>(&self, block: &Block) -> u32 {
+        let corners = block.corners::<L>();
+        let low = corners[0].min(corners[1]).min(corners[2]);
+        let high = corners[0].max(corners[1]).max(corners[2]);
+        let (from, to) = (Vector::<L>::splat(self.low), Vector::<L>::splat(self.high));
+        let mut inside = block.occupied();
+        inside &= low.x.le(to.x) & low.y.le(to.y) & low.z.le(to.z);
+        inside &= from.x.le(high.x) & from.y.le(high.y) & from.z.le(high.z);
+        if inside == 0 {
+            return 0;
+        }
+        let parts = corners.map(|corner| [corner.x, corner.y, corner.z]);
+        for (axis, (i, j)) in OTHERS.into_iter().enumerate() {
+            for side in &self.sides[axis][..self.counts[axis]] {
+                let (first, second) = (L::splat(side.first), L::splat(side.second));
+                let at = |corner: usize| parts[corner][i].mul(first).add(parts[corner][j].mul(second));
+                inside &= at(0).min(at(1)).min(at(2)).le(L::splat(side.limit));
+            }
+        }
+        if inside == 0 {
+            return 0;
+        }
+        // Signed distances, times the normal's length, of the receivers' box and of the light from the triangle's plane.
+        let normal = block.normals::<L>();
+        let (middle, half) =
+            ((self.receivers.0 + self.receivers.1) * 0.5, (self.receivers.1 - self.receivers.0) * 0.5);
+        let receivers = normal.dot(Vector::splat(middle).sub(corners[0]));
+        let spread = normal.abs().dot(Vector::splat(half));
+        let corner = normal.dot(Vector::splat(self.light.corner).sub(corners[0]));
+        let (u, v) =
+            (normal.dot(Vector::splat(self.light.edge_u)), normal.dot(Vector::splat(self.light.edge_v)));
+        let zero = L::splat(0.0);
+        let least = receivers.sub(spread).min(corner.add(u.min(zero)).add(v.min(zero)));
+        let most = receivers.add(spread).max(corner.add(u.max(zero)).add(v.max(zero)));
+        let error = normal.abs().sum().mul(L::splat(8.0 * self.slack));
+        inside & !(error.lt(least) | most.add(error).lt(zero))
+    }
+
+    /// Whether one triangle hides all of the light from everything in the receivers' box: it does if it does so from
+    /// the box's corners, since what a triangle hides from a point is convex on both sides.
+    pub(super) fn is_covered<S: Simd>(&self, block: &Block, lane: usize) -> bool {
+        let (low, high) = self.receivers;
+        (0..8).all(|corner| {
+            let pick = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
+            let corner = Vec3::new(pick(0), pick(1), pick(2));
+            S::call(Covers { block, origin: corner, light: &self.light }) >> lane & 1 != 0
+        })
+    }
+}
+
+/// Triangles that receivers share.
+pub(super) struct Candidates {
+    blocks: Vec<Block>,
+    count: usize,
+    stack: Vec<u32>,
+}
+
+impl Candidates {
+    pub(super) fn new() -> Self {
+        Self { blocks: Vec::new(), count: 0, stack: Vec::new() }
+    }
+
+    pub(super) fn blocks(&self) -> &[Block] {
+        &self.blocks[..self.count.div_ceil(8)]
+    }
+
+    /// Gathers all triangles that may hide something in a hull, unless there are more than `most`.
+    pub(super) fn gather<S: Simd>(&mut self, bvh: &Bvh, hull: &Hull, most: usize) -> bool {
+        S::call(Gather { candidates: self, bvh, hull, most })
+    }
+}
+
+struct Gather<'a> {
+    candidates: &'a mut Candidates,
+    bvh: &'a Bvh,
+    hull: &'a Hull,
+    most: usize,
+}
+
+impl Kernel for Gather<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> bool {
+        let Self { candidates: list, bvh, hull, most } = self;
+        list.count = 0;
+        list.stack.clear();
+        if !bvh.nodes.is_empty() {
+            list.stack.push(0);
+        }
+        // Boxes are many where triangles are: a walk much longer than the list it is for is given up as well.
+        let mut visits = 4 * most;
+        while let Some(child) = list.stack.pop() {
+            match Child::decode(child) {
+                Child::Node(index) => {
+                    visits -= 1;
+                    if visits == 0 {
+                        return false;
+                    }
+                    let node = &bvh.nodes[index as usize];
+                    let (low, high) = node.bounds::<S::Eight>();
+                    let mut reached = hull.reaches(low, high) & node.occupied();
+                    while reached != 0 {
+                        list.stack.push(node.child(reached.trailing_zeros() as usize));
+                        reached &= reached - 1;
+                    }
+                }
+                Child::Block(index) => {
+                    let block = &bvh.blocks[index as usize];
+                    let mut met = hull.meets::<S::Eight>(block);
+                    if list.count + met.count_ones() as usize > most {
+                        return false;
+                    }
+                    while met != 0 {
+                        if list.count == list.blocks.len() * 8 {
+                            list.blocks.push(Block::EMPTY);
+                        }
+                        let to = &mut list.blocks[list.count / 8];
+                        to.truncate(list.count % 8);
+                        to.copy_lane(list.count % 8, block, met.trailing_zeros() as usize);
+                        list.count += 1;
+                        met &= met - 1;
+                    }
+                }
+            }
+        }
+        true
+    }
+}
+
+/// Triangles that hide all of a light from a point.
+struct Covers<'a> {
+    block: &'a Block,
+    origin: Vec3,
+    light: &'a AreaLight,
+}
+
+impl Kernel for Covers<'_> {
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> u32 {
+        OverLight::<S::Eight>::new(self.block, self.origin, self.light).whole
+    }
+}

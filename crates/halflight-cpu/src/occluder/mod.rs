@@ -1,0 +1,39 @@
+//! What triangles hide of a light from one receiver: the one question that every exact backend answers.
+//!
+//! The answer is exact (`exact`). Nearly always a filter in single precision knows it (`facet`), which comes with bounds
+//! on its errors: for rays, for the samples of a mask one by one (`points`) or by rows (`rows`), for the light as a whole
+//! (`over`).
+
+mod block;
+pub(crate) mod exact;
+mod facet;
+mod over;
+mod points;
+mod rows;
+mod vector;
+
+use halflight_core::mask::Query;
+
+pub(crate) use block::{Block, Triangle};
+pub(crate) use facet::{Facets, Planes, barycentric};
+pub(crate) use over::OverLight;
+pub(crate) use points::Points;
+pub(crate) use rows::Rows;
+pub(crate) use vector::Vector;
+
+use crate::simd::Simd;
+
+/// The samples that one receiver has asked for and that no triangle hides so far.
+pub(crate) trait Samples {
+    /// Starts anew with a receiver and the samples that it asks for.
+    fn aim(&mut self, query: &Query, wanted: &[u64]);
+
+    /// Takes away what eight triangles hide. Returns one that hides all of the light, if any does.
+    fn occlude<S: Simd>(&mut self, block: &Block) -> Option<usize>;
+
+    /// Whether samples are left.
+    fn any(&self) -> bool;
+
+    /// Writes the samples that are left.
+    fn write(&self, visible: &mut [u64]);
+}

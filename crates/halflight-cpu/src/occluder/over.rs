@@ -1,0 +1,66 @@
+//! Triangles against the whole of a light, seen from one receiver.
+
+use glam::Vec3;
+use halflight_core::light::AreaLight;
+
+use super::block::Block;
+use super::facet::Facets;
+use super::vector::Vector;
+use crate::simd::Lanes;
+
+/// Bounds on products below which single precision may have lost them altogether.
+const VANISHING: f32 = 1e-30;
+
+/// The four planes that each of eight triangles has for a receiver (through the receiver and an edge, and the
+/// triangle's own), as functions `a + bu · u + bv · v` of the place on the light. A sample is hidden where all four are
+/// positive.
+pub(crate) struct OverLight<L> {
+    pub(super) facets: Facets<L>,
+    pub(super) a: [L; 4],
+    pub(super) bu: [L; 4],
+    pub(super) bv: [L; 4],
+    /// Bounds on what rounding did to the functions, and to samples that lie where single precision can put them.
+    pub(super) error: [L; 4],
+    /// Triangles that have the whole light on the inner side of each plane.
+    pub(super) inside: [u32; 4],
+    /// Triangles that may hide something.
+    pub(super) may: u32,
+    /// Triangles that hide all of the light.
+    pub(crate) whole: u32,
+    /// Triangles whose functions tell nothing.
+    pub(super) unsure: u32,
+}
+
+impl<L: Lanes> OverLight<L> {
+    #[inline(always)]
+    pub(crate) fn new(block: &Block, origin: Vec3, light: &AreaLight) -> Self {
+        let corner = light.corner - origin;
+        let edges = light.edge_u.abs() + light.edge_v.abs();
+        // `Facets` bounds the error of products with a direction. Sums of three products, and samples rounded to where
+        // single precision can put them, are within the bound for twice the reach of both.
+        let reach = (corner.abs() + light.corner.abs() + edges * 2.0) * 2.0;
+        let facets = Facets::<L>::new(block, Vector::splat(origin), Vector::splat(reach));
+        let (c, u, v) = (Vector::splat(corner), Vector::splat(light.edge_u), Vector::splat(light.edge_v));
+        let [ab, bc, ca] = facets.edges;
+        let face = facets.face;
+        let a = [ab.dot(c), bc.dot(c), ca.dot(c), face.dot(c).sub(facets.distance)];
+        let bu = [ab.dot(u), bc.dot(u), ca.dot(u), face.dot(u)];
+        let bv = [ab.dot(v), bc.dot(v), ca.dot(v), face.dot(v)];
+        let error = [facets.edge_error, facets.edge_error, facets.edge_error, facets.face_error];
+        let zero = L::splat(0.0);
+        let (mut may, mut whole, mut inside) = (block.occupied(), block.occupied(), [0; 4]);
+        for plane in 0..4 {
+            let most = a[plane].add(bu[plane].max(zero)).add(bv[plane].max(zero));
+            let least = a[plane].add(bu[plane].min(zero)).add(bv[plane].min(zero));
+            inside[plane] = error[plane].lt(least);
+            may &= zero.le(most.add(error[plane]));
+            whole &= inside[plane];
+        }
+        let (lost, endless) = (L::splat(VANISHING), L::splat(f32::INFINITY));
+        let vague = (facets.face_error.lt(endless) & facets.edge_error.lt(endless)) ^ L::ALL
+            | facets.face_error.lt(lost)
+            | facets.edge_error.lt(lost);
+        let unsure = vague & block.occupied();
+        Self { facets, a, bu, bv, error, inside, may: may | unsure, whole: whole & !unsure, unsure }
+    }
+}

@@ -1,0 +1,228 @@
+//! The framebuffer: which triangles may concern a receiver, by where both are projected to (Wang17 §3.1, STEPs 2 to 4).
+
+use glam::Vec3;
+use halflight_core::gbuffer::GBuffer;
+use halflight_core::light::AreaLight;
+use halflight_core::scene::Mesh;
+use rayon::prelude::*;
+
+use super::project::{Projection, Rectangle};
+
+/// Triangles of one cell, or of all: their rectangles and indices.
+#[derive(Debug, Default)]
+pub(super) struct Entries {
+    pub(super) low: [Vec<f32>; 2],
+    pub(super) high: [Vec<f32>; 2],
+    pub(super) triangles: Vec<u32>,
+}
+
+/// Triangles by cell for one side of a light. A triangle lies in all cells that its rectangle covers, of the finest of
+/// several framebuffers, each half the size of the one before, in which it covers few.
+#[derive(Debug)]
+pub(super) struct Cells {
+    projection: Projection,
+    side: u32,
+    low: [f32; 2],
+    scale: [f32; 2],
+    /// Where the cells of each level start in `starts`.
+    levels: Vec<usize>,
+    starts: Vec<u32>,
+    pub(super) entries: Entries,
+    /// Triangles that are not behind the light, whatever their rectangle.
+    pub(super) all: Vec<u32>,
+    rectangles: Vec<Option<(Rectangle, u8, [u16; 4])>>,
+}
+
+/// A framebuffer covers all receivers but the outermost of these in each direction, which go to its border.
+const TAIL: usize = 200;
+
+/// Every so many pixels are looked at to find its bounds.
+const STRIDE: usize = 13;
+
+impl Cells {
+    pub(super) fn new(side: u32) -> Self {
+        Self {
+            projection: Projection::new(&NOWHERE, false, 1.0),
+            side,
+            low: [0.0; 2],
+            scale: [0.0; 2],
+            levels: Vec::new(),
+            starts: Vec::new(),
+            entries: Entries::default(),
+            all: Vec::new(),
+            rectangles: Vec::new(),
+        }
+    }
+
+    /// Bins all triangles for one side of a light. With `span`, a triangle goes to the finest level where it covers no
+    /// more than so many cells a side; without, all go to the finest.
+    pub(super) fn fill(
+        &mut self,
+        mesh: &Mesh,
+        gbuffer: &GBuffer,
+        light: &AreaLight,
+        back: bool,
+        span: Option<u16>,
+    ) {
+        let corners = light.corners();
+        let reach = mesh.positions.iter().map(|p| p.distance(corners[0])).fold(0.0f32, f32::max);
+        let reach = f64::from(reach.max(corners.iter().map(|c| c.distance(corners[0])).fold(0.0, f32::max)));
+        self.projection = Projection::new(light, back, reach * 1.001 + f64::from(f32::MIN_POSITIVE));
+        self.frame(gbuffer);
+        self.lay_out_levels(span.is_some());
+        let mut rectangles = std::mem::take(&mut self.rectangles);
+        let this = &*self;
+        let range = |triangle: usize| {
+            let rectangle = this.projection.triangle(mesh.corners(triangle))?;
+            let [x0, y0] = this.cell(rectangle.low);
+            let [x1, y1] = this.cell(rectangle.high);
+            let mut level = 0u8;
+            while span.is_some_and(|span| {
+                (x1 >> level) - (x0 >> level) >= span || (y1 >> level) - (y0 >> level) >= span
+            }) {
+                level += 1;
+            }
+            Some((rectangle, level, [x0 >> level, y0 >> level, x1 >> level, y1 >> level]))
+        };
+        (0..mesh.triangle_count())
+            .into_par_iter()
+            .with_min_len(1024)
+            .map(range)
+            .collect_into_vec(&mut rectangles);
+        self.rectangles = rectangles;
+        self.all.clear();
+        self.all
+            .extend((0..).zip(&self.rectangles).filter(|(_, found)| found.is_some()).map(|(index, _)| index));
+        self.bin();
+    }
+
+    /// Counts, scans, fills.
+    fn bin(&mut self) {
+        self.starts.fill(0);
+        let cells = |level: u8, [x0, y0, x1, y1]: [u16; 4], levels: &[usize], side: u32| {
+            let (first, width) = (levels[usize::from(level)], side.div_ceil(1 << level) as usize);
+            (y0..=y1)
+                .flat_map(move |y| (x0..=x1).map(move |x| first + usize::from(y) * width + usize::from(x)))
+        };
+        for &(_, level, range) in self.rectangles.iter().flatten() {
+            for cell in cells(level, range, &self.levels, self.side) {
+                self.starts[cell + 1] += 1;
+            }
+        }
+        let mut sum = 0;
+        for start in &mut self.starts {
+            sum += *start;
+            *start = sum;
+        }
+        let total = sum as usize;
+        let Entries { low, high, triangles } = &mut self.entries;
+        for list in low.iter_mut().chain(high) {
+            list.resize(total, 0.0);
+        }
+        triangles.resize(total, 0);
+        // Filling moves every start to its end, which is the next one's start.
+        for (triangle, found) in (0..).zip(&self.rectangles) {
+            let Some((rectangle, level, range)) = *found else { continue };
+            for cell in cells(level, range, &self.levels, self.side) {
+                let slot = self.starts[cell] as usize;
+                self.starts[cell] += 1;
+                for axis in 0..2 {
+                    self.entries.low[axis][slot] = rectangle.low[axis];
+                    self.entries.high[axis][slot] = rectangle.high[axis];
+                }
+                self.entries.triangles[slot] = triangle;
+            }
+        }
+        self.starts.rotate_right(1);
+        self.starts[0] = 0;
+    }
+
+    /// Bounds of the framebuffer, from the receivers' projections through the light's corner.
+    fn frame(&mut self, gbuffer: &GBuffer) {
+        let mut places: [Vec<f32>; 2] = [Vec::new(), Vec::new()];
+        for pixel in (0..gbuffer.pixels()).step_by(STRIDE) {
+            let receiver = gbuffer.receiver(pixel);
+            if let Some((_, place)) = receiver.and_then(|receiver| self.projection.receiver(receiver.origin))
+            {
+                places[0].push(place[0]);
+                places[1].push(place[1]);
+            }
+        }
+        for (axis, places) in places.iter_mut().enumerate() {
+            if places.is_empty() {
+                (self.low[axis], self.scale[axis]) = (0.0, 0.0);
+                continue;
+            }
+            let tail = places.len() / TAIL;
+            let last = places.len() - 1 - tail;
+            let low = *places.select_nth_unstable_by(tail, f32::total_cmp).1;
+            let high = *places.select_nth_unstable_by(last, f32::total_cmp).1;
+            let size = high - low;
+            self.low[axis] = low;
+            self.scale[axis] = if size > 0.0 { self.side as f32 / size } else { 0.0 };
+        }
+    }
+
+    fn lay_out_levels(&mut self, several: bool) {
+        self.levels.clear();
+        let mut first = 0;
+        for level in 0.. {
+            let side = self.side.div_ceil(1 << level) as usize;
+            self.levels.push(first);
+            first += side * side;
+            if side == 1 || !several {
+                break;
+            }
+        }
+        self.starts.clear();
+        self.starts.resize(first + 1, 0);
+    }
+
+    /// The cell of the finest level at a place; what lies outside belongs to the border.
+    fn cell(&self, place: [f32; 2]) -> [u16; 2] {
+        let last = (self.side - 1) as f32;
+        [0, 1].map(|axis| ((place[axis] - self.low[axis]) * self.scale[axis]).clamp(0.0, last) as u16)
+    }
+
+    /// A receiver's rectangle and its cells on the finest level: the one that it is projected to through the light's
+    /// corner, or, where `all`, all that its rectangle covers. `None` where no list can be trusted to have everything.
+    pub(super) fn receiver(&self, point: Vec3, all: bool) -> Option<(Rectangle, [u16; 4])> {
+        let (rectangle, place) = self.projection.receiver(point)?;
+        let [x0, y0] = self.cell(if all { rectangle.low } else { place });
+        let [x1, y1] = self.cell(if all { rectangle.high } else { place });
+        Some((rectangle, [x0, y0, x1, y1]))
+    }
+
+    /// The entries of some cells, given on the finest level, cell by cell and coarsest level first.
+    pub(super) fn lists(&self, [x0, y0, x1, y1]: [u16; 4]) -> impl Iterator<Item = std::ops::Range<usize>> {
+        (0..self.levels.len()).rev().flat_map(move |level| {
+            let (first, width) = (self.levels[level], self.side.div_ceil(1 << level) as usize);
+            (y0 >> level..=y1 >> level).flat_map(move |y| {
+                (x0 >> level..=x1 >> level).map(move |x| {
+                    let cell = first + usize::from(y) * width + usize::from(x);
+                    self.starts[cell] as usize..self.starts[cell + 1] as usize
+                })
+            })
+        })
+    }
+
+    /// Triangle entries, cells together.
+    pub(super) fn entry_count(&self) -> usize {
+        self.entries.triangles.len()
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.starts.capacity() * 4
+            + self.entries.triangles.capacity() * 20
+            + self.all.capacity() * 4
+            + self.rectangles.capacity() * size_of::<Option<(Rectangle, u8, [u16; 4])>>()
+    }
+}
+
+const NOWHERE: AreaLight = AreaLight {
+    corner: Vec3::ZERO,
+    edge_u: Vec3::X,
+    edge_v: Vec3::Z,
+    radiance: Vec3::ZERO,
+    two_sided: false,
+};

@@ -1,0 +1,353 @@
+//! The `raster4d` visibility backend (Wang17): receivers and triangles are projected through all of the light at once,
+//! and those whose projections overlap are paired.
+//!
+//! Per light and frame, all triangles are binned into a framebuffer beyond the scene (`project`, `cells`; STEPs 2 and
+//! 4). A receiver looks into the one cell that it is projected to through the light's corner (STEP 3, §3.2), keeps the
+//! triangles whose rectangle covers all of its own (§3.2), and takes whole rows of its mask from each (STEP 5, §3.3).
+//! Receivers may come from anywhere, in any number: the whole image or a refiner's sub-fragments.
+
+mod cells;
+mod project;
+#[cfg(test)]
+mod tests;
+
+use std::ops::AddAssign;
+use std::time::{Duration, Instant};
+
+use halflight_core::frame::Frame;
+use halflight_core::light::AreaLight;
+use halflight_core::mask::{MaskBatch, Query};
+use halflight_core::pattern::{Pattern, PatternKind};
+use halflight_core::scene::Mesh;
+use halflight_core::stages::{Unsupported, Visibility};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::occluder::{Block, Points, Rows, Samples, Triangle};
+use crate::simd::{Isa, Kernel, Lanes, Simd};
+use cells::Cells;
+use project::Rectangle;
+
+/// Queries that one task answers.
+const CHUNK: usize = 64;
+
+/// Constants of 4D rasterization. The switches are there to measure what each of the paper's optimisations gains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Raster4dConfig {
+    /// Cells a side of the framebuffer (Wang17 §4.2, Table 6: 128 is best of 32, 64, 128 and 256).
+    pub framebuffer: u32,
+    /// A receiver looks into one cell instead of all that its projection covers (Wang17 §3.2, Algorithm 2).
+    pub one_cell: bool,
+    /// Pairs whose projections do not cover each other are dropped (Wang17 §3.2, Algorithm 3).
+    pub rejection: bool,
+    /// Masks are computed by rows instead of sample by sample (Wang17 §3.3).
+    pub rows: bool,
+    /// Triangles that cover many cells are kept in coarser framebuffers, one a power of two. Not in the paper, whose
+    /// lists grow with the square of the light's projected size.
+    pub coarser: bool,
+}
+
+impl Default for Raster4dConfig {
+    fn default() -> Self {
+        Self { framebuffer: 128, one_cell: true, rejection: true, rows: true, coarser: true }
+    }
+}
+
+/// Why 4D rasterization cannot be set up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Raster4dError {
+    /// The framebuffer is too small or too large.
+    #[error("a framebuffer of {0} cells a side was asked for; {min} to {max} are possible", min = Raster4d::FRAMEBUFFERS.0, max = Raster4d::FRAMEBUFFERS.1)]
+    Framebuffer(u32),
+}
+
+/// Work of a frame so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Raster4dCounts {
+    /// Triangle entries in cells.
+    pub entries: u64,
+    /// Pairs of a receiver and a triangle that cells brought together.
+    pub pairs: u64,
+    /// Pairs left after rejection.
+    pub kept: u64,
+    /// Receivers too near the light's plane to be projected, which looked at all triangles.
+    pub unprojected: u64,
+    /// Time for binning (STEPs 2 and 4).
+    pub binning: Duration,
+}
+
+impl AddAssign for Raster4dCounts {
+    fn add_assign(&mut self, other: Self) {
+        let Self { entries, pairs, kept, unprojected, binning } = other;
+        self.entries += entries;
+        self.pairs += pairs;
+        self.kept += kept;
+        self.unprojected += unprojected;
+        self.binning += binning;
+    }
+}
+
+/// Exact visibility by 4D rasterization, for grids and grids with shifted rows.
+#[derive(Debug)]
+pub struct Raster4d {
+    config: Raster4dConfig,
+    isa: Isa,
+    triangles: Vec<Triangle>,
+    /// For each light its front, then its back where it has one.
+    sides: Vec<[Option<Cells>; 2]>,
+    counts: Raster4dCounts,
+}
+
+impl Raster4d {
+    /// Smallest and largest framebuffer.
+    pub const FRAMEBUFFERS: (u32, u32) = (1, 4096);
+
+    /// Nothing is built before the first frame.
+    ///
+    /// # Errors
+    /// The framebuffer is too small or too large.
+    pub fn new(config: Raster4dConfig) -> Result<Self, Raster4dError> {
+        let (least, most) = Self::FRAMEBUFFERS;
+        if !(least..=most).contains(&config.framebuffer) {
+            return Err(Raster4dError::Framebuffer(config.framebuffer));
+        }
+        Ok(Self {
+            config,
+            isa: Isa::best(),
+            triangles: Vec::new(),
+            sides: Vec::new(),
+            counts: Raster4dCounts::default(),
+        })
+    }
+
+    /// The same backend with another instruction set: the same answers, for comparison.
+    #[must_use]
+    pub fn with_isa(self, isa: Isa) -> Self {
+        Self { isa, ..self }
+    }
+
+    /// Work of this frame so far.
+    pub fn counts(&self) -> Raster4dCounts {
+        self.counts
+    }
+}
+
+impl Visibility for Raster4d {
+    fn supports(&self, pattern: Pattern) -> Result<(), Unsupported> {
+        if Rows::fit(pattern) {
+            return Ok(());
+        }
+        let reason = if pattern.kind == PatternKind::Jittered {
+            "samples must lie in rows: use grid or shifted-rows"
+        } else {
+            "at most 64 rows and 64 columns are possible"
+        };
+        Err(Unsupported::new("raster4d", pattern, reason))
+    }
+
+    fn prepare(&mut self, frame: &Frame) {
+        let start = Instant::now();
+        let mesh: &Mesh = &frame.scene.mesh;
+        let lights = &frame.scene.lights;
+        self.counts = Raster4dCounts::default();
+        (0..mesh.triangle_count() as u32)
+            .into_par_iter()
+            .with_min_len(1024)
+            .map(|index| Triangle::new(mesh, index))
+            .collect_into_vec(&mut self.triangles);
+        let span = self.config.coarser.then_some(2);
+        self.sides.resize_with(lights.len(), || [None, None]);
+        for (light, sides) in lights.iter().zip(&mut self.sides) {
+            for (side, back) in sides.iter_mut().zip([false, true]) {
+                if back && !light.two_sided {
+                    continue;
+                }
+                let cells = side.get_or_insert_with(|| Cells::new(self.config.framebuffer));
+                cells.fill(mesh, frame.gbuffer, light, back, span);
+                self.counts.entries += cells.entry_count() as u64;
+            }
+        }
+        self.counts.binning = start.elapsed();
+    }
+
+    fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
+        let (pattern, words) = (batch.pattern(), batch.words());
+        let number = batch.light();
+        let (light, sides) = (*frame.light(number), &self.sides[number as usize]);
+        if words == 0 || !Rows::fit(pattern) {
+            return;
+        }
+        let (config, isa, triangles) = (self.config, self.isa, &self.triangles[..]);
+        let parts = batch.parts();
+        let wanted = parts.wanted.par_chunks(CHUNK * words);
+        let visible = parts.visible.par_chunks_mut(CHUNK * words);
+        let chunks = parts.queries.par_chunks(CHUNK).zip(wanted).zip(visible);
+        let chunk = |((queries, wanted), visible)| Chunk {
+            config,
+            triangles,
+            light: &light,
+            sides,
+            words,
+            queries,
+            wanted,
+            visible,
+        };
+        let sum = |mut all: Raster4dCounts, some: Raster4dCounts| {
+            all += some;
+            all
+        };
+        let counts = if config.rows {
+            let new = || Rows::new(pattern, &light);
+            chunks
+                .map_init(new, |rows, part| isa.run(Answer { chunk: chunk(part), samples: rows }))
+                .reduce(Raster4dCounts::default, sum)
+        } else {
+            let new = || Points::new(pattern, &light);
+            chunks
+                .map_init(new, |points, part| isa.run(Answer { chunk: chunk(part), samples: points }))
+                .reduce(Raster4dCounts::default, sum)
+        };
+        self.counts += counts;
+    }
+
+    fn bytes(&self) -> usize {
+        self.triangles.capacity() * size_of::<Triangle>()
+            + self.sides.iter().flatten().flatten().map(Cells::bytes).sum::<usize>()
+    }
+}
+
+/// Neighbouring queries of a batch.
+struct Chunk<'a> {
+    config: Raster4dConfig,
+    triangles: &'a [Triangle],
+    light: &'a AreaLight,
+    sides: &'a [Option<Cells>; 2],
+    words: usize,
+    queries: &'a [Query],
+    wanted: &'a [u64],
+    visible: &'a mut [u64],
+}
+
+struct Answer<'a, 'b, M> {
+    chunk: Chunk<'a>,
+    samples: &'b mut M,
+}
+
+/// Triangles on their way to a receiver, eight at a time.
+struct Waiting {
+    block: Block,
+    count: usize,
+}
+
+impl Waiting {
+    /// Adds a triangle; false once nothing is left for the receiver to see.
+    #[inline(always)]
+    fn push<S: Simd>(&mut self, triangle: &Triangle, samples: &mut impl Samples) -> bool {
+        self.block.set_lane(self.count, triangle);
+        self.count += 1;
+        self.count < 8 || self.flush::<S>(samples)
+    }
+
+    #[inline(always)]
+    fn flush<S: Simd>(&mut self, samples: &mut impl Samples) -> bool {
+        self.block.truncate(self.count);
+        self.count = 0;
+        samples.occlude::<S>(&self.block).is_none() && samples.any()
+    }
+}
+
+impl<M: Samples> Kernel for Answer<'_, '_, M> {
+    type Output = Raster4dCounts;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Raster4dCounts {
+        let Self { chunk, samples } = self;
+        let mut counts = Raster4dCounts::default();
+        let mut waiting = Waiting { block: Block::EMPTY, count: 0 };
+        let normal = chunk.light.edge_u.cross(chunk.light.edge_v);
+        for (index, query) in chunk.queries.iter().enumerate() {
+            let slots = index * chunk.words..(index + 1) * chunk.words;
+            let (wanted, visible) = (&chunk.wanted[slots.clone()], &mut chunk.visible[slots]);
+            if wanted.iter().all(|&word| word == 0) {
+                visible.fill(0);
+                continue;
+            }
+            samples.aim(query, wanted);
+            waiting.count = 0;
+            let back = normal.dot(query.origin - chunk.light.corner) < 0.0;
+            let cells = chunk.sides[usize::from(back)].as_ref();
+            let place =
+                cells.and_then(|cells| Some((cells, cells.receiver(query.origin, !chunk.config.one_cell)?)));
+            let open = if let Some((cells, (rectangle, range))) = place {
+                let search = Search { cells, rectangle, range, rejection: chunk.config.rejection };
+                search.run::<S>(chunk.triangles, &mut waiting, samples, &mut counts)
+            } else {
+                counts.unprojected += 1;
+                chunk.triangles.iter().all(|triangle| waiting.push::<S>(triangle, samples))
+            };
+            if open && waiting.count > 0 {
+                waiting.flush::<S>(samples);
+            }
+            samples.write(visible);
+        }
+        counts
+    }
+}
+
+/// The lists of one receiver.
+struct Search<'a> {
+    cells: &'a Cells,
+    rectangle: Rectangle,
+    range: [u16; 4],
+    rejection: bool,
+}
+
+impl Search<'_> {
+    /// False once nothing is left to see.
+    #[inline(always)]
+    fn run<S: Simd>(
+        &self,
+        triangles: &[Triangle],
+        waiting: &mut Waiting,
+        samples: &mut impl Samples,
+        counts: &mut Raster4dCounts,
+    ) -> bool {
+        let entries = &self.cells.entries;
+        let Rectangle { low, high } = self.rectangle;
+        let width = S::Wide::WIDTH;
+        for list in self.cells.lists(self.range) {
+            counts.pairs += list.len() as u64;
+            for at in list.clone().step_by(width) {
+                let count = (list.end - at).min(width);
+                let mut kept = if count < 32 { (1u32 << count) - 1 } else { u32::MAX };
+                if self.rejection {
+                    kept &= if count == width {
+                        let load = |from: &[f32]| S::Wide::load(&from[at..]);
+                        load(&entries.low[0]).le(S::Wide::splat(low[0]))
+                            & load(&entries.low[1]).le(S::Wide::splat(low[1]))
+                            & S::Wide::splat(high[0]).le(load(&entries.high[0]))
+                            & S::Wide::splat(high[1]).le(load(&entries.high[1]))
+                    } else {
+                        let covers = |slot: usize, axis: usize| {
+                            entries.low[axis][slot] <= low[axis] && high[axis] <= entries.high[axis][slot]
+                        };
+                        (0..count).fold(0, |bits, slot| {
+                            bits | u32::from(covers(at + slot, 0) && covers(at + slot, 1)) << slot
+                        })
+                    };
+                }
+                counts.kept += u64::from(kept.count_ones());
+                while kept != 0 {
+                    let slot = at + kept.trailing_zeros() as usize;
+                    kept &= kept - 1;
+                    if !waiting.push::<S>(&triangles[entries.triangles[slot] as usize], samples) {
+                        return false;
+                    }
+                }
+            }
+        }
+        true
+    }
+}
