@@ -17,8 +17,8 @@ use crate::simd::{Lanes, Simd};
 /// Rays for each node or block that a bundle visits as a whole before its rays have box tests of their own.
 const RAYS_A_VISIT: usize = 2;
 
-/// Rays so few that they are quicker by themselves.
-const ALONE: u32 = 2;
+/// Rays so few that they are quicker by themselves: alone, each tests eight boxes at once.
+const ALONE: u32 = 4;
 
 /// The bits of the first `count` rays.
 #[inline(always)]
