@@ -24,6 +24,11 @@ impl Builder {
         std::mem::replace(&mut self.material, material)
     }
 
+    /// Gives everything so far one material.
+    pub(super) fn repaint(&mut self, material: u32) {
+        self.material_ids.fill(material);
+    }
+
     /// A curved surface of `rows × columns` quads through `point(row, column)`.
     ///
     /// Seen from its front, rows go up and columns to the right. Quads that collapse to a line or a point are left out.
@@ -68,14 +73,25 @@ impl Builder {
         self.sheet(1, 1, |row, column| [[a, b], [d, c]][row][column]);
     }
 
+    /// A square floor at y = 0 around the origin, `size` metres wide, in `cells × cells` quads.
+    pub(super) fn floor(&mut self, size: f32, cells: usize) {
+        let at = |i: usize| (i as f32 / cells as f32 - 0.5) * size;
+        self.sheet(cells, cells, |row, column| Vec3::new(at(column), 0.0, -at(row)));
+    }
+
     /// An axis-aligned box.
     pub(super) fn cuboid(&mut self, low: Vec3, high: Vec3) {
-        let corner = |i: usize| {
+        self.hexahedron(|i| {
             let pick = |axis: usize| if i >> axis & 1 == 1 { high[axis] } else { low[axis] };
             Vec3::new(pick(0), pick(1), pick(2))
-        };
+        });
+    }
+
+    /// A solid with six flat faces; bits 0, 1 and 2 of a corner's number say whether it is at the far end of three
+    /// right-handed directions.
+    pub(super) fn hexahedron(&mut self, corner: impl Fn(usize) -> Vec3) {
         for face in [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]] {
-            self.quad(face.map(corner));
+            self.quad(face.map(&corner));
         }
     }
 
@@ -91,6 +107,11 @@ impl Builder {
         self.positions.extend(part.positions.iter().map(|&p| map(p)));
         self.triangles.extend(part.triangles.iter().map(|t| t.map(|vertex| vertex + first)));
         self.material_ids.extend_from_slice(&part.material_ids);
+    }
+
+    /// How many triangles there are so far.
+    pub(super) fn triangle_count(&self) -> usize {
+        self.triangles.len()
     }
 
     /// The mesh, with the materials' albedos.

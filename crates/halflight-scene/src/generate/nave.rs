@@ -13,7 +13,7 @@ use super::builder::Builder;
 use super::columns::{Detail, shaft};
 use super::parameters::Parameters;
 use super::shapes::{
-    Behind, Opening, arch, groin_vault, pierced_wall, rectangle, swept, turned, vault_section,
+    Behind, Opening, arch, groin_vault, hood, mullion, pierced_wall, rectangle, swept, turned, vault_section,
 };
 
 const STONE: u32 = 0;
@@ -353,26 +353,4 @@ fn along(builder: &mut Builder, profile: &[[f32; 2]], z: f32) {
     let profile: Vec<Vec2> = profile.iter().map(|[out, height]| Vec2::new(*height, *out)).collect();
     let path = [Vec3::new(END, 0.0, z), Vec3::new(-END, 0.0, z)];
     swept(builder, &profile, &path, Vec3::Y);
-}
-
-/// A moulding that follows the arch of an opening on the wall's front.
-fn hood(builder: &mut Builder, opening: Opening, steps: usize) {
-    let path: Vec<Vec3> = arch(opening.half + 0.15, opening.rise + 0.18, steps)
-        .into_iter()
-        .map(|p| Vec3::new(p.x, opening.spring + p.y, 0.0))
-        .collect();
-    let profile = [[-0.05, 0.08], [0.05, 0.08], [0.1, 0.0], [-0.05, -0.04]];
-    swept(builder, &profile.map(Vec2::from_array), &path, Vec3::Z);
-}
-
-/// A mullion and bars in a window whose glass lies at `z`.
-fn mullion(builder: &mut Builder, window: Opening, z: f32) {
-    let old = builder.paint(STONE);
-    let top = window.spring + 0.97 * window.rise;
-    builder.block(Vec3::new(0.0, window.sill - 0.02, z), Vec3::new(0.1, top - window.sill, 0.16));
-    let reach = 2.0 * window.half + 0.04;
-    for y in [window.sill + 0.35 * (window.spring - window.sill), window.spring - 0.1] {
-        builder.block(Vec3::new(0.0, y, z), Vec3::new(reach, 0.08, 0.1));
-    }
-    builder.paint(old);
 }

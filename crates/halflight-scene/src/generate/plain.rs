@@ -17,8 +17,7 @@ fn floor(parameters: &mut Parameters) -> Result<Builder, GenerateError> {
     let cells = parameters.count("cells", 8, 1..=1024)? as usize;
     let mut builder = Builder::new();
     builder.paint(FLOOR);
-    let at = |i: usize| (i as f32 / cells as f32 - 0.5) * size;
-    builder.sheet(cells, cells, |row, column| Vec3::new(at(column), 0.0, -at(row)));
+    builder.floor(size, cells);
     builder.paint(BLOCKER);
     Ok(builder)
 }

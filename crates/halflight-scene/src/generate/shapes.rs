@@ -254,3 +254,33 @@ pub(super) fn pierced_wall(
         }
     }
 }
+
+/// A moulding that follows the arch of an opening on the wall's front.
+pub(super) fn hood(builder: &mut Builder, opening: Opening, steps: usize) {
+    let path: Vec<Vec3> = arch(opening.half + 0.15, opening.rise + 0.18, steps)
+        .into_iter()
+        .map(|p| Vec3::new(p.x, opening.spring + p.y, 0.0))
+        .collect();
+    let profile = [[-0.05, 0.08], [0.05, 0.08], [0.1, 0.0], [-0.05, -0.04]];
+    swept(builder, &profile.map(Vec2::from_array), &path, Vec3::Z);
+}
+
+/// A mullion and bars in a window whose glass lies at `z`.
+pub(super) fn mullion(builder: &mut Builder, window: Opening, z: f32) {
+    let top = window.spring + 0.97 * window.rise;
+    builder.block(Vec3::new(0.0, window.sill - 0.02, z), Vec3::new(0.1, top - window.sill, 0.16));
+    let reach = 2.0 * window.half + 0.04;
+    for y in [window.sill + 0.35 * (window.spring - window.sill), window.spring - 0.1] {
+        builder.block(Vec3::new(0.0, y, z), Vec3::new(reach, 0.08, 0.1));
+    }
+}
+
+/// Turns by quarter turns about the y axis, exactly: +z goes to +x.
+pub(super) fn quarter(turns: usize, p: Vec3) -> Vec3 {
+    match turns % 4 {
+        0 => p,
+        1 => Vec3::new(p.z, p.y, -p.x),
+        2 => Vec3::new(-p.x, p.y, -p.z),
+        _ => Vec3::new(-p.z, p.y, p.x),
+    }
+}

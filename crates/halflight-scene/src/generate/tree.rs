@@ -99,8 +99,7 @@ pub(super) fn tree(parameters: &mut Parameters) -> Result<Mesh, GenerateError> {
     parameters.finish()?;
     let mut tree = Tree { builder: Builder::new(), leaves, seed, grown: 0 };
     tree.builder.paint(GROUND);
-    let at = |i: usize| (i as f32 / 16.0 - 0.5) * 40.0;
-    tree.builder.sheet(16, 16, |row, column| Vec3::new(at(column), 0.0, -at(row)));
+    tree.builder.floor(40.0, 16);
     // The trunk starts below the ground.
     tree.grow(0, Vec3::Y * -0.15, Vec3::Y, 6.6, 0.34);
     Ok(tree.builder.finish(&PALETTE))
