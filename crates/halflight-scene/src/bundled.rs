@@ -7,8 +7,20 @@ macro_rules! scenes {
     };
 }
 
-const BUNDLED: &[(&str, &str)] =
-    scenes!["atrium", "nave", "hairball", "tree", "open-floor", "half-plane", "contact", "railing"];
+const BUNDLED: &[(&str, &str)] = scenes![
+    "atrium",
+    "nave",
+    "hairball",
+    "tree",
+    "tower",
+    "toys",
+    "coaster",
+    "church",
+    "open-floor",
+    "half-plane",
+    "contact",
+    "railing",
+];
 
 /// Names and texts of the bundled scene files. They use generators only, so that they need no other file.
 pub fn bundled() -> &'static [(&'static str, &'static str)] {

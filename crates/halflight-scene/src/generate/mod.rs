@@ -1,4 +1,4 @@
-//! Procedural meshes: halls, foliage and small scenes with a closed-form answer.
+//! Procedural meshes: buildings, foliage, lattices, toys and small scenes with a closed-form answer.
 //!
 //! Every generator is deterministic: the same name and parameters give the same mesh bit for bit.
 //! World space is metres, y up; floors lie at y = 0.
@@ -9,22 +9,35 @@
 //! | `nave` | vaulted church, 75 k triangles, 32 × 15 × 13 m along x | `detail` 1 |
 //! | `hairball` | ball of thin tubes over a floor | `triangles` 100000, up to 2.85 M; `thickness` (by count): radius in metres; `seed` 1 |
 //! | `tree` | trunk, branches, twigs and leaves, 367 k triangles, 9 m high | `leaves` 12: on each twig; `seed` 4 |
+//! | `tower` | steel lattice tower, 42 m high | `triangles` 514000, from 10 k to 3 M |
+//! | `toys` | blocks, balls, cones, drums, rings and cars on a floor | `triangles` 263000, from 10 k to 3 M; `seed` 1 |
+//! | `coaster` | roller-coaster of rails, sleepers and struts, 56 m long | `triangles` 1096000, from 100 k to 3 M |
+//! | `church` | village church from outside with graves and a fence, 240 k triangles | `detail` 1: tiles and divisions along a line |
 //! | `open-floor` | a square floor | `size` 20: metres across; `cells` 8: quads across |
 //! | `half-plane` | the floor, and a sheet above x < 0 | floor's; `height` 2; `extent` 100 |
 //! | `contact` | the floor, and a box on it | floor's; `width` 1; `height` 1; `depth` 1 |
 //! | `railing` | the floor, and bars between two rails | floor's; `bars` 25; `length` 4; `height` 1; `thickness` 0.02 × height |
 
 mod atrium;
+mod bars;
 mod builder;
+mod church;
+mod churchyard;
+mod coaster;
 mod columns;
 mod hairball;
 mod nave;
 mod parameters;
 mod plain;
 mod random;
+mod roofs;
 mod shapes;
 #[cfg(test)]
 mod tests;
+mod tower;
+mod toy_shapes;
+mod toys;
+mod track;
 mod tree;
 
 use halflight_core::scene::Mesh;
@@ -69,18 +82,34 @@ pub enum GenerateError {
 
 type Generator = fn(&mut Parameters) -> Result<Mesh, GenerateError>;
 
-const NAMES: [&str; 8] =
-    ["atrium", "contact", "hairball", "half-plane", "nave", "open-floor", "railing", "tree"];
+const NAMES: [&str; 12] = [
+    "atrium",
+    "church",
+    "coaster",
+    "contact",
+    "hairball",
+    "half-plane",
+    "nave",
+    "open-floor",
+    "railing",
+    "tower",
+    "toys",
+    "tree",
+];
 
 /// One for each name, in the same order.
 const GENERATORS: [Generator; NAMES.len()] = [
     atrium::atrium,
+    church::church,
+    coaster::coaster,
     plain::contact,
     hairball::hairball,
     plain::half_plane,
     nave::nave,
     plain::open_floor,
     plain::railing,
+    tower::tower,
+    toys::toys,
     tree::tree,
 ];
 

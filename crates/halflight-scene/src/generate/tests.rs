@@ -1,11 +1,12 @@
 //! What every generator must keep: counts, determinism, valid geometry, solids wound outwards, clear errors.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use glam::{Vec2, Vec3};
 use halflight_core::scene::Mesh;
 
+use super::bars::{bar, rod};
 use super::builder::Builder;
 use super::columns::{Detail, baluster, pot};
 use super::shapes::{arch, groin_vault, rectangle, swept, tube, vault_section};
@@ -64,8 +65,16 @@ fn volume(mesh: &Mesh) -> f32 {
 
 #[test]
 fn triangle_counts_are_like_the_papers() {
-    // Sponza 66,454, Sibenik 75,284, tree 367,000: within 3 %, which no timing would notice.
-    for (name, expected) in [("atrium", 66_454.0), ("nave", 75_284.0), ("tree", 367_000.0)] {
+    // Sponza 66,454, Sibenik 75,284, and the scenes of Wang 2017, section 4: within 3 %, which no timing would notice.
+    for (name, expected) in [
+        ("atrium", 66_454.0),
+        ("nave", 75_284.0),
+        ("tree", 367_000.0),
+        ("tower", 514_000.0),
+        ("toys", 263_000.0),
+        ("coaster", 1_096_000.0),
+        ("church", 240_000.0),
+    ] {
         let count = mesh(name, "").triangle_count() as f32;
         assert!((count / expected - 1.0).abs() < 0.03, "{name} has {count} triangles instead of {expected}");
     }
@@ -73,6 +82,17 @@ fn triangle_counts_are_like_the_papers() {
         let count = mesh("hairball", &format!("triangles = {triangles}")).triangle_count();
         // One more ring of a three-sided tube is six triangles.
         assert!(triangles - count < 6, "{count} triangles instead of {triangles}");
+    }
+    // The last bar, the last toy, the last ring of both rails: at most a hundredth of the smallest mesh.
+    for (name, counts) in [
+        ("tower", [10_000, 31_000, 100_000, 3_000_000]),
+        ("toys", [10_000, 31_000, 100_000, 3_000_000]),
+        ("coaster", [100_000, 200_000, 500_000, 3_000_000]),
+    ] {
+        for triangles in counts {
+            let count = mesh(name, &format!("triangles = {triangles}")).triangle_count();
+            assert!(count.abs_diff(triangles) <= 100, "{name}: {count} triangles instead of {triangles}");
+        }
     }
 }
 
@@ -90,6 +110,12 @@ fn every_mesh_is_valid_and_the_same_each_time() {
         ("nave", "detail = 2"),
         ("hairball", "triangles = 1000\nthickness = 0.1"),
         ("tree", "leaves = 0"),
+        ("tower", "triangles = 10000"),
+        ("toys", "triangles = 10000"),
+        ("toys", "seed = 2"),
+        ("coaster", "triangles = 100000"),
+        ("church", "detail = 0.25"),
+        ("church", "detail = 2"),
         ("railing", "bars = 2\nlength = 0.5\nthickness = 0.2"),
         ("contact", "width = 0.001\nheight = 100"),
     ] {
@@ -98,6 +124,39 @@ fn every_mesh_is_valid_and_the_same_each_time() {
         assert_ne!(hash(&other), hash(&mesh(name, "")), "{name} with {parameters}");
     }
     assert_ne!(hash(&mesh("hairball", "seed = 1")), hash(&mesh("hairball", "seed = 2")));
+}
+
+/// How many edges have more triangles on one side than on the other; the floor at y = 0 is left out.
+fn open_edges(mesh: &Mesh) -> usize {
+    let mut balance: HashMap<[[u32; 3]; 2], i32> = HashMap::new();
+    for corners in (0..mesh.triangle_count()).map(|i| mesh.corners(i)) {
+        if corners.iter().all(|p| p.y == 0.0) {
+            continue;
+        }
+        let [a, b, c] = corners.map(bits);
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let (key, sign) = if from < to { ([from, to], 1) } else { ([to, from], -1) };
+            *balance.entry(key).or_default() += sign;
+        }
+    }
+    balance.values().filter(|&&balance| balance != 0).count()
+}
+
+#[test]
+fn every_part_is_closed() {
+    for (name, parameters) in [
+        ("tower", "triangles = 10000"),
+        ("tower", "triangles = 100000"),
+        ("toys", "triangles = 10000"),
+        ("toys", ""),
+        ("coaster", "triangles = 100000"),
+    ] {
+        let mut mesh = mesh(name, parameters);
+        assert_eq!(open_edges(&mesh), 0, "{name} with {parameters}");
+        mesh.triangles.pop();
+        mesh.material_ids.pop();
+        assert_eq!(open_edges(&mesh), 3, "{name} with {parameters}");
+    }
 }
 
 #[test]
@@ -123,6 +182,15 @@ fn solids_are_closed_and_wound_outwards() {
     block.block(Vec3::new(3.0, -1.0, 2.0), Vec3::new(2.0, 3.0, 4.0));
     // Rounding only.
     close(volume(&block.finish(&[])), 24.0, 1e-5);
+
+    let mut slanting = Builder::new();
+    bar(&mut slanting, [Vec3::ZERO, Vec3::new(2.0, 1.0, 2.0)], Vec3::Y, [0.5, 0.2]);
+    close(volume(&slanting.finish(&[])), 3.0 * 0.5 * 0.2, 1e-5);
+
+    let mut round = Builder::new();
+    rod(&mut round, [Vec3::ZERO, Vec3::new(2.0, 1.0, 2.0)], 0.5, 64);
+    // A circle has 0.16 % more area than its inscribed 64-gon.
+    close(volume(&round.finish(&[])), 3.0 * 0.25 * std::f32::consts::PI, 2e-3);
 
     let mut straight = Builder::new();
     let path = [(0.0, 0.0), (0.0, 0.5), (4.0, 0.5), (4.0, 0.0)].map(|(x, radius)| (Vec3::X * x, radius));
@@ -203,7 +271,8 @@ fn arches_span_what_they_are_asked_to() {
 fn wrong_parameters_are_refused() {
     assert_eq!(
         message("castle", ""),
-        "unknown generator `castle`; known are atrium, contact, hairball, half-plane, nave, open-floor, railing, tree"
+        "unknown generator `castle`; known are atrium, church, coaster, contact, hairball, half-plane, nave, open-floor, \
+         railing, tower, toys, tree"
     );
     assert_eq!(
         message("hairball", "triangels = 5"),
