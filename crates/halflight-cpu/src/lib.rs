@@ -17,3 +17,4 @@ mod samples;
 pub mod simd;
 pub mod unshadowed;
 pub mod upsample;
+pub mod voxel;

@@ -1,0 +1,259 @@
+//! Failure maps: where voxel marching is wrong, and why (Nichols10 §4.3).
+
+use glam::{Vec2, Vec3};
+use halflight_core::frame::Frame;
+use halflight_core::mask::MaskBatch;
+use rayon::prelude::*;
+
+use super::fan::Run;
+use super::march::Rays;
+use super::{Course, Voxels};
+use crate::bvh::{Bundle, Bvh, Hits, STACK};
+use crate::samples::LANES;
+use crate::simd::{Isa, Kernel, Simd};
+
+/// Why a receiver sees more or less of the light than it should.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Cause {
+    /// False shadow: rays end in voxels that the receiver's own plane touches, or next to the receiver's own voxel.
+    SelfOcclusion,
+    /// False shadow by other voxels: their geometry is thinner than they are, or misses the ray by less than their size.
+    Thickness,
+    /// False light: what stops the ray lies outside the grid.
+    OutOfView,
+    /// False light, although what stops the ray lies in the grid: jumped over by steps, or nearer to the receiver or the
+    /// light than the bias.
+    Missed,
+}
+
+impl Cause {
+    /// All causes, in the order in which ties are decided.
+    pub const ALL: [Self; 4] = [Self::SelfOcclusion, Self::Thickness, Self::OutOfView, Self::Missed];
+
+    /// Its colour in [`FailureMap::image`], sRGB: false shadow red by the receiver itself and yellow by others; false light
+    /// blue from out of view and green otherwise.
+    pub fn color(self) -> [u8; 3] {
+        match self {
+            Self::SelfOcclusion => [230, 40, 30],
+            Self::Thickness => [240, 200, 20],
+            Self::OutOfView => [40, 90, 240],
+            Self::Missed => [40, 190, 80],
+        }
+    }
+}
+
+/// How many receivers are wrong, by cause.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FailureCounts {
+    /// Receivers that were compared: those that asked for any sample.
+    pub receivers: u64,
+    /// [`Cause::SelfOcclusion`].
+    pub self_occlusion: u64,
+    /// [`Cause::Thickness`].
+    pub thickness: u64,
+    /// [`Cause::OutOfView`].
+    pub out_of_view: u64,
+    /// [`Cause::Missed`].
+    pub missed: u64,
+}
+
+impl FailureCounts {
+    /// Receivers with a cause.
+    pub fn of(&self, cause: Cause) -> u64 {
+        match cause {
+            Cause::SelfOcclusion => self.self_occlusion,
+            Cause::Thickness => self.thickness,
+            Cause::OutOfView => self.out_of_view,
+            Cause::Missed => self.missed,
+        }
+    }
+
+    /// All that are wrong.
+    pub fn failures(&self) -> u64 {
+        Cause::ALL.iter().map(|&cause| self.of(cause)).sum()
+    }
+
+    fn add(&mut self, cause: Cause) {
+        match cause {
+            Cause::SelfOcclusion => self.self_occlusion += 1,
+            Cause::Thickness => self.thickness += 1,
+            Cause::OutOfView => self.out_of_view += 1,
+            Cause::Missed => self.missed += 1,
+        }
+    }
+}
+
+/// Wrong pixels of an image and why they are wrong.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FailureMap {
+    /// How many.
+    pub counts: FailureCounts,
+    /// sRGB, row by row from the top left: wrong pixels in their cause's [`Cause::color`]; others grey, brighter the
+    /// more of the light they see; black where nothing was asked.
+    pub image: Vec<[u8; 3]>,
+}
+
+/// Compares the answers of `voxels` with exact ones.
+///
+/// Both batches hold the same queries about `frame`, one a pixel (a second query about a pixel paints over the first),
+/// and the last frame that `voxels` was prepared for is `frame`. A receiver is wrong when its visible fraction, the share
+/// of the wanted samples that it sees, is off by more than `threshold`; its cause is that of most of its wrong samples.
+/// `blocked` tells whether the open segment between two points meets a triangle ([`segments`] is one).
+pub fn failure_map(
+    frame: &Frame,
+    voxels: &Voxels,
+    exact: &MaskBatch,
+    approximate: &MaskBatch,
+    threshold: f32,
+    blocked: &(dyn Fn(Vec3, Vec3) -> bool + Sync),
+) -> FailureMap {
+    let course = voxels.course(frame.light(exact.light()));
+    let verdicts: Vec<Option<(f32, Option<Cause>)>> = (0..exact.len().min(approximate.len()))
+        .into_par_iter()
+        .map(|query| {
+            let wanted = exact.wanted(query);
+            let seen = |batch: &MaskBatch| {
+                let words = batch.visible(query).iter().zip(wanted);
+                words.map(|(visible, wanted)| (visible & wanted).count_ones()).sum::<u32>() as f32
+            };
+            let asked = wanted.iter().map(|word| word.count_ones()).sum::<u32>() as f32;
+            if asked == 0.0 {
+                return None;
+            }
+            let (truth, found) = (seen(exact) / asked, seen(approximate) / asked);
+            if (truth - found).abs() <= threshold {
+                return Some((truth, None));
+            }
+            let cause = cause(frame, course.as_ref(), exact, approximate, query, found < truth, blocked);
+            Some((truth, Some(cause)))
+        })
+        .collect();
+
+    let mut map =
+        FailureMap { image: vec![[0; 3]; frame.gbuffer.pixels()], counts: FailureCounts::default() };
+    for (query, verdict) in exact.queries().iter().zip(verdicts) {
+        let Some((truth, cause)) = verdict else { continue };
+        map.counts.receivers += 1;
+        let grey = 40.0 + 180.0 * truth;
+        let color = cause.map_or([grey as u8; 3], Cause::color);
+        if let Some(cause) = cause {
+            map.counts.add(cause);
+        }
+        if let Some(pixel) = map.image.get_mut(query.pixel as usize) {
+            *pixel = color;
+        }
+    }
+    map
+}
+
+/// The cause of most wrong samples of a receiver that is too dark (`shadow`) or too bright.
+fn cause(
+    frame: &Frame,
+    course: Option<&Course>,
+    exact: &MaskBatch,
+    approximate: &MaskBatch,
+    query: usize,
+    shadow: bool,
+    blocked: &(dyn Fn(Vec3, Vec3) -> bool + Sync),
+) -> Cause {
+    let (pattern, light) = (exact.pattern(), frame.light(exact.light()));
+    let receiver = exact.queries()[query];
+    let mut votes = [0u32; 4];
+    for sample in 0..pattern.len() {
+        let bit = |words: &[u64]| words[sample / 64] >> (sample % 64) & 1 == 1;
+        let (truth, found) = (bit(exact.visible(query)), bit(approximate.visible(query)));
+        if !bit(exact.wanted(query)) || truth == found || found == shadow {
+            continue;
+        }
+        let position = pattern.position(sample, receiver.key);
+        let end = light.point(position);
+        let vote = match (course, shadow) {
+            (Some(course), true) if course.stopped_by_itself(receiver.origin, receiver.normal, position) => {
+                Cause::SelfOcclusion
+            }
+            (_, true) => Cause::Thickness,
+            (Some(course), false) => match course.frustum.part(receiver.origin, end) {
+                Some((from, to)) if blocked(from, to) => Cause::Missed,
+                _ => Cause::OutOfView,
+            },
+            (None, false) => Cause::OutOfView,
+        };
+        votes[vote as usize] += 1;
+    }
+    let mut most = Cause::ALL[0];
+    for cause in Cause::ALL {
+        if votes[cause as usize] > votes[most as usize] {
+            most = cause;
+        }
+    }
+    most
+}
+
+impl Course<'_> {
+    /// Whether the voxel that stops a ray belongs to the receiver's own surroundings.
+    fn stopped_by_itself(&self, origin: Vec3, normal: Vec3, position: Vec2) -> bool {
+        let Some(voxel) = self.stopper(origin, normal, position) else { return false };
+        let near = self
+            .frustum
+            .voxel(self.frustum.place(origin))
+            .is_some_and(|own| own.iter().zip(voxel).all(|(&own, voxel)| own.abs_diff(voxel) <= 1));
+        let sides = self.frustum.corners(voxel).map(|corner| normal.dot(corner - origin));
+        near || sides.iter().any(|&side| side <= 0.0) && sides.iter().any(|&side| side >= 0.0)
+    }
+
+    /// The first set voxel on a receiver's ray to a place on the light.
+    pub(super) fn stopper(&self, origin: Vec3, normal: Vec3, position: Vec2) -> Option<[usize; 3]> {
+        let (origin, light) = self.ends(origin, normal);
+        let end = light.point(position);
+        let found = Isa::BASELINE.run(Trace { course: self, origin, end });
+        let side = self.grid.side();
+        found.map(|(texel, slice)| [texel % side, texel / side, slice])
+    }
+}
+
+/// A single ray, to the texel and slice that stop it; its ends are in homogeneous coordinates.
+struct Trace<'a> {
+    course: &'a Course<'a>,
+    origin: Vec3,
+    end: Vec3,
+}
+
+impl Kernel for Trace<'_> {
+    type Output = Option<(usize, usize)>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Self::Output {
+        let mut found = None;
+        let ends = self.end.to_array().map(|along| [along; LANES]);
+        let rays = Rays { origin: self.origin, ends: &ends };
+        self.course.march::<S>(&rays, Run::WHOLE, 1, |_, texel, from, to| {
+            found = self.course.grid.first_set(texel, from, to).map(|slice| (texel, slice));
+            found.is_some()
+        });
+        found
+    }
+}
+
+/// Asks the hierarchy over a scene's triangles whether the open segment between two points meets one.
+pub fn segments(bvh: &Bvh) -> impl Fn(Vec3, Vec3) -> bool + Sync + '_ {
+    struct Segment<'a>(&'a Bvh, Vec3, Vec3);
+
+    impl Kernel for Segment<'_> {
+        type Output = bool;
+
+        #[inline(always)]
+        fn run<S: Simd>(self) -> bool {
+            let Self(bvh, from, to) = self;
+            let mut bundle = Bundle::new();
+            let mut hits = Hits::new();
+            bundle.clear(from);
+            bundle.push(to - from);
+            bundle.finish::<S>();
+            bvh.nearest::<S>(&bundle, &mut [(0u32, 0.0f32); STACK], &mut hits);
+            hits.t[0] < 1.0
+        }
+    }
+
+    let isa = Isa::best();
+    move |from, to| isa.run(Segment(bvh, from, to))
+}

@@ -1,0 +1,160 @@
+//! The part of space that a grid covers, and its coordinates.
+
+use glam::{DVec3, Vec3};
+use halflight_core::frame::Frame;
+use halflight_core::scene::Camera;
+
+/// The camera's pyramid between two depths, cut into texels and slices.
+///
+/// A point's homogeneous coordinates are (X, Y, depth), linear in its place in the world: X / depth and Y / depth are its
+/// place in the image in texels, right and down from the top left corner. Slices have equal depth, so the third
+/// coordinate of the grid is linear in depth. A straight line in the world is straight in the image, and 1 / depth is
+/// linear along that image.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frustum {
+    pub(super) eye: Vec3,
+    /// X, Y and depth of a vector.
+    rows: [DVec3; 3],
+    /// World-space size of a texel at depth 1: right and down.
+    texel: [Vec3; 2],
+    forward: Vec3,
+    pub(super) near: f32,
+    pub(super) far: f32,
+    /// Texels a side.
+    pub(super) side: usize,
+    /// Slices.
+    pub(super) bits: usize,
+}
+
+impl Frustum {
+    /// The pyramid through an image of `aspect` = width / height.
+    pub(super) fn new(
+        camera: &Camera,
+        aspect: f32,
+        (near, far): (f32, f32),
+        side: usize,
+        bits: usize,
+    ) -> Self {
+        let forward = (camera.target - camera.eye).normalize_or(Vec3::NEG_Z);
+        let right =
+            forward.cross(camera.up).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
+        let up = right.cross(forward);
+        let half_height = (camera.fov_y_deg.to_radians() * 0.5).tan();
+        let half_width = half_height * aspect;
+        let texels = side as f64;
+        let depth = forward.as_dvec3();
+        let across = |axis: Vec3, half: f32| (axis.as_dvec3() / f64::from(half) + depth) * (0.5 * texels);
+        Self {
+            eye: camera.eye,
+            rows: [across(right, half_width), across(-up, half_height), depth],
+            texel: [right * (2.0 * half_width / side as f32), up * (2.0 * half_height / side as f32)],
+            forward,
+            near,
+            far,
+            side,
+            bits,
+        }
+    }
+
+    /// Homogeneous coordinates of a vector, in double precision.
+    pub(super) fn turn(&self, v: DVec3) -> DVec3 {
+        DVec3::new(self.rows[0].dot(v), self.rows[1].dot(v), self.rows[2].dot(v))
+    }
+
+    /// Homogeneous coordinates of a point, in double precision.
+    pub(super) fn place(&self, point: Vec3) -> DVec3 {
+        self.turn(point.as_dvec3() - self.eye.as_dvec3())
+    }
+
+    /// Slices a metre of depth.
+    pub(super) fn slices(&self) -> f64 {
+        self.bits as f64 / (f64::from(self.far) - f64::from(self.near))
+    }
+
+    /// Whether homogeneous coordinates lie in the grid, borders included.
+    pub(super) fn holds(&self, p: DVec3) -> bool {
+        self.sides(p).iter().all(|&side| side >= 0.0)
+    }
+
+    /// The voxel with these homogeneous coordinates: column, row and slice.
+    pub(super) fn voxel(&self, p: DVec3) -> Option<[usize; 3]> {
+        if !self.holds(p) {
+            return None;
+        }
+        let texel = |along: f64| ((along / p.z) as usize).min(self.side - 1);
+        let slice = ((p.z - f64::from(self.near)) * self.slices()) as usize;
+        Some([texel(p.x), texel(p.y), slice.min(self.bits - 1)])
+    }
+
+    /// The eight corners of a voxel, world space.
+    pub(super) fn corners(&self, [column, row, slice]: [usize; 3]) -> [Vec3; 8] {
+        let middle = self.side as f32 * 0.5;
+        std::array::from_fn(|corner| {
+            let along = |axis: usize, at: usize| (at + (corner >> axis & 1)) as f32;
+            let (x, y) = (along(0, column) - middle, along(1, row) - middle);
+            let depth = self.near + along(2, slice) * (self.far - self.near) / self.bits as f32;
+            self.eye + (self.forward + self.texel[0] * x - self.texel[1] * y) * depth
+        })
+    }
+
+    /// The part of a segment that lies in the grid.
+    pub(super) fn part(&self, from: Vec3, to: Vec3) -> Option<(Vec3, Vec3)> {
+        let (mut enter, mut leave) = (0.0f64, 1.0f64);
+        for (first, second) in self.sides(self.place(from)).into_iter().zip(self.sides(self.place(to))) {
+            let at = first / (first - second);
+            match (first < 0.0, second < 0.0) {
+                (true, true) => return None,
+                (true, false) => enter = enter.max(at),
+                (false, true) => leave = leave.min(at),
+                (false, false) => {}
+            }
+        }
+        (enter < leave).then(|| (from.lerp(to, enter as f32), from.lerp(to, leave as f32)))
+    }
+
+    /// Signed distances, each in a measure of its own, of homogeneous coordinates to the grid's six sides: negative outside.
+    #[inline(always)]
+    pub(super) fn sides(&self, p: DVec3) -> [f64; 6] {
+        let widest = self.side as f64 * p.z;
+        [p.z - f64::from(self.near), f64::from(self.far) - p.z, p.x, widest - p.x, p.y, widest - p.y]
+    }
+
+    /// Width of a voxel around `point` along a unit vector: a plane with this normal that touches the voxel is nowhere in
+    /// it farther than this from any of its points. Points in front of the grid or behind it are treated as on its border.
+    pub(super) fn width_along(&self, point: Vec3, normal: Vec3) -> f32 {
+        let seen = point - self.eye;
+        let depth = self.forward.dot(seen).max(self.near);
+        let across = normal.dot(self.texel[0]).abs() + normal.dot(self.texel[1]).abs();
+        let along = normal.dot(seen / depth).abs();
+        across * depth.min(self.far) + along * (self.far - self.near) / self.bits as f32
+    }
+}
+
+/// Depths between which the grid lies, or `None` where the image has no receiver.
+///
+/// The nearest is the depth of the nearest receiver: what lies nearer and in view would itself be the nearest receiver,
+/// unless it is so thin that it falls between pixel centres. The farthest is the depth of the farthest receiver or, where
+/// it is deeper, of the deepest corner of a light, since no shadow ray goes farther; but never beyond the last triangle.
+pub(super) fn depth_range(frame: &Frame) -> Option<(f32, f32)> {
+    let depths = frame.gbuffer.depth.iter().filter(|depth| depth.is_finite());
+    let (mut near, mut far) =
+        depths.fold((f32::INFINITY, 0.0f32), |(near, far), &depth| (near.min(depth), far.max(depth)));
+    if near > far {
+        return None;
+    }
+    let camera = &frame.scene.camera;
+    let forward = (camera.target - camera.eye).normalize_or(Vec3::NEG_Z);
+    let deepest = |points: &[Vec3]| {
+        points.iter().map(|&p| forward.dot(p - camera.eye)).fold(f32::NEG_INFINITY, f32::max)
+    };
+    let lights = frame.scene.lights.iter().map(|light| deepest(&light.corners()));
+    let lights = lights.fold(f32::NEG_INFINITY, f32::max);
+    if lights > far {
+        far = far.max(lights.min(deepest(&frame.scene.mesh.positions)));
+    }
+    // Room for rounding; and a wall that faces the camera has no depth of its own: slices much thinner than its
+    // distance's last place could not be told apart.
+    far *= 1.0 + 1e-4;
+    near = (near * (1.0 - 1e-4)).clamp(far * 1e-5, far * (1.0 - 1.0 / 64.0));
+    (near < far && far.is_finite()).then_some((near, far))
+}
