@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// How a ray is followed through the grid.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "name", rename_all = "kebab-case")]
 pub enum Traversal {
     /// Samples at equal distances between receiver and light, each of several slices (Nichols10 §3.3.1). Their number is
@@ -13,8 +13,15 @@ pub enum Traversal {
         count: u32,
     },
     /// Every voxel that the ray passes, as the paper wished for (§3.3.1: "ideally, we would perform a 3D DDA").
-    #[default]
     Dda,
+}
+
+impl Default for Traversal {
+    /// 16 steps. Exact traversal meets every voxel that geometry so much as touches and is darker for it: on the bundled
+    /// atrium and hairball 16 steps put fewer pixels wrong, in less time.
+    fn default() -> Self {
+        Self::Steps { count: 16 }
+    }
 }
 
 /// Constants of voxel marching (Nichols10 §3.3, §4.2, §4.3).
@@ -28,7 +35,8 @@ pub struct VoxelConfig {
     /// How rays are followed.
     pub traversal: Traversal,
     /// Neighbouring slices before and behind a sample that are tested with it, 0 to 64; for [`Traversal::Steps`] only,
-    /// since an exact traversal skips none ("checking multiple bits … thickens the ray", §3.3.1; no number there).
+    /// since an exact traversal skips none. The paper tests "multiple bits" to thicken rays (§3.3.1; no number there) in
+    /// a grid that graphics hardware drew at texel centres; ours holds all that touches a voxel and is thick enough: 0.
     pub thickness: u32,
     /// How far the origin of a ray is pushed off its surface, along the normal (§4.3; no number there), 0 to 64 voxels.
     /// A voxel is as wide along the normal as the voxel around the receiver is there: at 1 the origin has just left all
@@ -39,7 +47,7 @@ pub struct VoxelConfig {
 
 impl Default for VoxelConfig {
     fn default() -> Self {
-        Self { resolution: 128, depth_bits: 128, traversal: Traversal::default(), thickness: 1, bias: 1.0 }
+        Self { resolution: 128, depth_bits: 128, traversal: Traversal::default(), thickness: 0, bias: 1.0 }
     }
 }
 

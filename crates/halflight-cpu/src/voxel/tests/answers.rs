@@ -16,9 +16,9 @@ fn on_floor(p: Vec3) -> bool {
 
 fn both() -> impl Iterator<Item = VoxelConfig> {
     // Steps thicken rays by a slice on either side, so that they need as much more bias.
-    [(Traversal::Dda, 1.0), (Traversal::Steps { count: 48 }, 2.5)]
+    [(Traversal::Dda, 1.0, 0), (Traversal::Steps { count: 48 }, 2.5, 1)]
         .into_iter()
-        .map(|(traversal, bias)| VoxelConfig { traversal, bias, ..VoxelConfig::default() })
+        .map(|(traversal, bias, thickness)| VoxelConfig { traversal, bias, thickness, ..EXACT })
 }
 
 #[test]
@@ -60,7 +60,7 @@ fn masks_of_a_hall_are_mostly_those_of_ray_tracing() {
     let stage = Stage::new(Scene { camera, ..scene(&hall(), lamp(Vec3::new(4.0, 2.8, 8.0), 1.0)) }, 64, 48);
     let questions = stage.questions(|_| true);
     let exact = stage.exact(&questions);
-    let config = VoxelConfig { resolution: 512, depth_bits: 512, ..VoxelConfig::default() };
+    let config = VoxelConfig { resolution: 512, depth_bits: 512, ..EXACT };
     let differing = |found: &MaskBatch| {
         let bits =
             |query: usize| (exact.visible(query)[0] ^ found.visible(query)[0]) & exact.wanted(query)[0];
@@ -143,10 +143,10 @@ fn answers_do_not_depend_on_threads_or_instruction_sets() {
 #[test]
 fn a_frame_leaves_nothing_for_the_next() {
     let (roofed, open) = (Stage::new(floor_with(&[ROOF]), 80, 60), Stage::new(floor_with(&[]), 64, 64));
-    let mut voxels = roofed.prepared(VoxelConfig::default());
+    let mut voxels = roofed.prepared(EXACT);
     let bytes = voxels.bytes();
     voxels.prepare(&open.frame());
-    assert_eq!(voxels.grid.to_words(), open.prepared(VoxelConfig::default()).grid.to_words());
+    assert_eq!(voxels.grid.to_words(), open.prepared(EXACT).grid.to_words());
     assert_eq!(voxels.bytes(), bytes);
     // 128 x 128 x 128 bits, and a third more for coarser levels.
     assert!((128 * 128 * 16..128 * 128 * 16 * 3 / 2).contains(&bytes));
@@ -159,9 +159,9 @@ fn without_receivers_all_is_visible() {
     let mut nothing = Stage::new(floor_with(&[]), 4, 4);
     nothing.gbuffer.reset(4, 4);
     nothing.gbuffer.depth.fill(f32::INFINITY);
-    let mut voxels = stage.prepared(VoxelConfig::default());
+    let mut voxels = stage.prepared(EXACT);
     voxels.prepare(&nothing.frame());
-    for mut voxels in [voxels, Voxels::new(VoxelConfig::default()).unwrap()] {
+    for mut voxels in [voxels, Voxels::new(EXACT).unwrap()] {
         let (seen, wanted) = visible(&stage.answered(&mut voxels, &questions));
         assert_eq!(seen, wanted);
     }

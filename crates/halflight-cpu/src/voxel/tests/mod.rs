@@ -19,6 +19,10 @@ use super::*;
 use crate::bvh::tests::meshes::{cuboid, lamp, scene};
 use crate::bvh::{Bvh, BvhRays};
 
+/// The paper's grid with exact traversal.
+const EXACT: VoxelConfig =
+    VoxelConfig { resolution: 128, depth_bits: 128, traversal: Traversal::Dda, thickness: 0, bias: 1.0 };
+
 /// Numbers in 0 … 1, always the same.
 struct Numbers {
     seed: u32,
