@@ -3,14 +3,14 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use halflight::config::RefinerConfig;
+use halflight::config::{Named, RefinerConfig};
 use halflight_benches::{scene, warm};
 
 fn bench(c: &mut Criterion) {
     let (scene, bvh) = scene("atrium").unwrap();
     let mut group = c.benchmark_group("frame");
     group.sample_size(10);
-    for refiner in RefinerConfig::NAMES {
+    for &refiner in RefinerConfig::NAMES {
         let mut pipeline = warm(&scene, &bvh, refiner).unwrap();
         group.bench_function(refiner, |b| {
             b.iter(|| pipeline.render().map(|image| image.stats.total_ms).unwrap());

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use halflight::bvh::Bvh;
-use halflight::config::{PipelineConfig, RefinerConfig};
+use halflight::config::{Named, PipelineConfig, RefinerConfig};
 use halflight::pipeline::Pipeline;
 use halflight::scene::Scene;
 

@@ -7,7 +7,9 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
+use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
+use halflight::frame::LightSampling;
+use halflight::pattern::PatternKind;
 use halflight_tests::{Stage, blocker_over_floor};
 
 /// Counts bytes asked for in blocks that are no bookkeeping of a thread pool.
@@ -42,7 +44,7 @@ static ALLOCATOR: Counting = Counting;
 fn a_warm_frame_allocates_no_buffer_and_holds_only_what_it_uses() {
     let stage = Stage::new(blocker_over_floor()).unwrap();
     let mut held = Vec::new();
-    for name in RefinerConfig::NAMES {
+    for &name in RefinerConfig::NAMES {
         for upsampler in UpsamplerConfig::ALL {
             // Spade's triangulation is built anew every frame: a library's structure, not ours to keep.
             if upsampler == UpsamplerConfig::Delaunay {
@@ -66,6 +68,22 @@ fn a_warm_frame_allocates_no_buffer_and_holds_only_what_it_uses() {
                 held.push((name, stats.peak_bytes));
             }
         }
+    }
+    for &name in VisibilityConfig::NAMES {
+        let sampling = LightSampling { kind: PatternKind::ShiftedRows, ..LightSampling::default() };
+        let visibility = VisibilityConfig::named(name).unwrap();
+        let config =
+            PipelineConfig { width: 320, height: 240, visibility, sampling, ..PipelineConfig::default() };
+        let mut pipeline = config.builder(stage.scene.clone(), stage.bvh.clone()).build().unwrap();
+        for _ in 0..3 {
+            pipeline.set_frame_index(0);
+            pipeline.render().unwrap();
+        }
+        pipeline.set_frame_index(0);
+        let before = LARGE_BYTES.load(Ordering::Relaxed);
+        pipeline.render().unwrap();
+        let asked = LARGE_BYTES.load(Ordering::Relaxed) - before;
+        assert_eq!(asked, 0, "{name}: a warm frame asked for {asked} bytes");
     }
     // The counter does count.
     let before = LARGE_BYTES.load(Ordering::Relaxed);

@@ -1,6 +1,6 @@
 //! The unoccluded floor: every method must give the closed form that the scene file states.
 
-use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
+use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight::irradiance::Shading;
 use halflight_tests::Stage;
 

@@ -2,7 +2,7 @@
 //! refiner had not said what it would ask.
 
 use halflight::bvh::BvhRays;
-use halflight::config::RefinerConfig;
+use halflight::config::{Named, RefinerConfig};
 use halflight::fragment::Fragments;
 use halflight::frame::{Frame, LightSampling, Sharing};
 use halflight::mask::{MaskBatch, Purpose};
@@ -34,7 +34,7 @@ fn sampling(kind: PatternKind) -> LightSampling {
 #[test]
 fn patterns_are_refused_when_the_pipeline_is_built() {
     let stage = Stage::new(blocker_over_floor()).unwrap();
-    for name in RefinerConfig::NAMES {
+    for &name in RefinerConfig::NAMES {
         let build = |kind| {
             let builder = stage.builder().size(64, 48).sampling(sampling(kind));
             let builder = builder.boxed_refiner(RefinerConfig::named(name).unwrap().stage());

@@ -1,6 +1,6 @@
 //! Same input, same image, bit for bit.
 
-use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
+use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight::glam::Vec3;
 use halflight::irradiance::Shading;
 use halflight_tests::{Stage, blocker_over_floor};

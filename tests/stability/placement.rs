@@ -1,6 +1,6 @@
 //! Scenes scaled and moved, and lights where they hurt.
 
-use halflight::config::{PipelineConfig, RefinerConfig};
+use halflight::config::{Named, PipelineConfig, RefinerConfig};
 use halflight::glam::Vec3;
 use halflight::irradiance::Shading;
 use halflight::scene::Scene;

@@ -1,6 +1,6 @@
 //! Any image size, and sizes that are refused.
 
-use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
+use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight::irradiance::Shading;
 use halflight::pipeline::PipelineError;
 use halflight_tests::{Stage, blocker_over_floor};

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
-use halflight_cpu::config::{RefinerConfig, UpsamplerConfig, VisibilityConfig};
+use halflight_cpu::config::{Named, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 
 /// Soft shadows from area lights by multi-resolution screen-space fragments.
 #[derive(Debug, Parser)]
@@ -110,10 +110,10 @@ pub(crate) struct Choices {
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<(u32, u32)>,
     /// Which fragments the image is made of [default: sfvt-gass].
-    #[arg(long, value_parser = PossibleValuesParser::new(RefinerConfig::NAMES))]
+    #[arg(long, value_parser = PossibleValuesParser::new(<RefinerConfig as Named>::NAMES))]
     pub(crate) refiner: Option<String>,
     /// What answers shadow rays [default: bvh].
-    #[arg(long, value_parser = PossibleValuesParser::new(VisibilityConfig::NAMES))]
+    #[arg(long, value_parser = PossibleValuesParser::new(<VisibilityConfig as Named>::NAMES))]
     pub(crate) visibility: Option<String>,
     /// How pixels are interpolated between fragments [default: rbf-robust].
     #[arg(long, value_parser = PossibleValuesParser::new(UpsamplerConfig::NAMES))]
@@ -124,7 +124,7 @@ pub(crate) struct Choices {
     /// Light samples of a full mask, 1 to 4096 [default: 64].
     #[arg(long, value_name = "N")]
     pub(crate) samples: Option<u32>,
-    /// How light samples are placed in their strata [default: jittered].
+    /// How light samples are placed in their strata [default: jittered; shifted-rows for raster4d, which needs rows].
     #[arg(long, value_parser = ["grid", "shifted-rows", "jittered"])]
     pub(crate) pattern: Option<String>,
     /// Who shares light samples, for refiners that leave the choice [default: fragment].

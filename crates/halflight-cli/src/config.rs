@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use halflight_cpu::config::{PipelineConfig, RefinerConfig};
+use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
 use serde_json::{Map, Value, json};
 
 use crate::args::Choices;
@@ -37,13 +37,15 @@ fn options(choices: &Choices) -> Value {
     put("width", choices.size.map(|(width, _)| json!(width)));
     put("height", choices.size.map(|(_, height)| json!(height)));
     put("refiner", choices.refiner.as_ref().map(|name| json!({ "name": name })));
-    put("visibility", text(&choices.visibility));
+    put("visibility", choices.visibility.as_ref().map(|name| json!({ "name": name })));
     put("upsampler", text(&choices.upsampler));
     put("shading", text(&choices.shading));
     put("seed", choices.seed.map(|seed| json!(seed)));
+    // It needs samples in rows.
+    let rows = (choices.visibility.as_deref() == Some("raster4d")).then(|| json!("shifted-rows"));
     let sampling = [
         ("count", choices.samples.map(|samples| json!(samples))),
-        ("kind", text(&choices.pattern)),
+        ("kind", text(&choices.pattern).or(rows)),
         ("sharing", text(&choices.sharing)),
     ];
     let sampling: Map<String, Value> =
@@ -81,18 +83,24 @@ impl Layered {
 
     /// Lays `layer` over the keys so far. Every key is tried as soon as it is set, so that a fault has its name.
     fn lay(&mut self, layer: &Value) -> Result<(), String> {
-        // Another refiner has other keys: its name comes first.
-        let name = layer.pointer("/refiner/name");
-        if let Some(name) = name
-            && self.keys.pointer("/refiner/name") != Some(name)
-        {
-            let refiner = name.as_str().and_then(RefinerConfig::named);
-            let refiner = refiner.ok_or_else(|| {
-                format!("refiner.name is {name}, expected one of {}", RefinerConfig::NAMES.join(", "))
-            })?;
-            self.keys["refiner"] = serde_json::to_value(refiner).map_err(|error| error.to_string())?;
-        }
+        self.choose::<RefinerConfig>(layer)?;
+        self.choose::<VisibilityConfig>(layer)?;
         self.lay_at("", layer)
+    }
+
+    /// Takes another stage if `layer` names one: its keys are others, so that its name comes first.
+    fn choose<T: Named>(&mut self, layer: &Value) -> Result<(), String> {
+        let pointer = format!("/{}/name", T::STAGE);
+        let Some(name) = layer.pointer(&pointer).filter(|&name| self.keys.pointer(&pointer) != Some(name))
+        else {
+            return Ok(());
+        };
+        let stage = name
+            .as_str()
+            .and_then(T::named)
+            .ok_or_else(|| format!("{}.name is {name}, expected one of {}", T::STAGE, T::NAMES.join(", ")))?;
+        self.keys[T::STAGE] = serde_json::to_value(stage).map_err(|error| error.to_string())?;
+        Ok(())
     }
 
     fn lay_at(&mut self, pointer: &str, layer: &Value) -> Result<(), String> {

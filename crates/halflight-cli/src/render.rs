@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use halflight_core::glam::Vec3;
-use halflight_core::stats::{FragmentCounts, FrameStats, RayCounts, StageTimes};
-use halflight_cpu::config::PipelineConfig;
+use halflight_core::stats::{FragmentCounts, FrameStats, RayCounts, StageTimes, VisibilityStats};
+use halflight_cpu::config::{Named, PipelineConfig};
 use halflight_cpu::pipeline::Pipeline;
 use halflight_lab::exr_file::{ExrFile, RGB};
 use halflight_lab::picture;
@@ -25,6 +25,7 @@ struct Stats<'a> {
     config: &'a PipelineConfig,
     fragments: &'a FragmentCounts,
     rays: &'a RayCounts,
+    visibility: &'a VisibilityStats,
     stages_ms: &'a StageTimes,
     total_ms: f64,
     build_ms: f64,
@@ -67,9 +68,9 @@ pub(crate) fn run(args: &Render) -> Outcome {
         say(&format!("wrote {}", path.display()));
     }
     if let Some(path) = &args.stats {
-        let FrameStats { fragments, rays, stages_ms, total_ms, peak_bytes } = stats;
-        let (total_ms, peak_bytes) = (*total_ms, *peak_bytes);
-        let stats = Stats { config: &config, fragments, rays, stages_ms, total_ms, build_ms, peak_bytes };
+        let FrameStats { fragments, rays, visibility, stages_ms, total_ms, peak_bytes } = stats;
+        let (config, total_ms, peak_bytes) = (&config, *total_ms, *peak_bytes);
+        let stats = Stats { config, fragments, rays, visibility, stages_ms, total_ms, build_ms, peak_bytes };
         let text = serde_json::to_string_pretty(&stats)?;
         write_atomically(path, |file| writeln!(file, "{text}"))?;
         say(&format!("wrote {}", path.display()));
@@ -128,6 +129,17 @@ fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, build_ms: f
     lines.push(format!("  fragments  {} (by level: {})", stats.fragments.total, levels.join(" ")));
     let RayCounts { refine, last, skipped, total } = stats.rays;
     lines.push(format!("  rays       {total} ({refine} to refine, {last} final; {skipped} skipped)"));
+    let VisibilityStats { prepare_ms, lit, umbra, spared, listed, walked, left_to_rays, pairs, kept, .. } =
+        stats.visibility;
+    if stats.visibility.receivers() > 0 {
+        lines.push(format!(
+            "  beams      {listed} receivers by shared lists, {walked} by walks, {left_to_rays} left to rays; proved: {lit} \
+             lit, {umbra} umbra, {spared} rays spared"
+        ));
+    }
+    if pairs > 0 {
+        lines.push(format!("  pairs      {pairs}, {kept} kept; binned in {prepare_ms:.1} ms"));
+    }
     let memory = stats.peak_bytes as f64 / f64::from(1 << 20);
     lines.push(format!("  memory     {memory:.1} MiB; hierarchy built in {build_ms:.1} ms"));
     lines.join("\n")

@@ -8,6 +8,7 @@ use crate::frame::Frame;
 use crate::mask::MaskBatch;
 use crate::pattern::Pattern;
 use crate::pyramid::MAX_LEVEL;
+use crate::stats::VisibilityStats;
 
 /// A combination of stages that cannot work.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -73,6 +74,11 @@ pub trait Visibility: Send {
 
     /// Work that is done once a frame, before the first batch (voxels, triangle bins).
     fn prepare(&mut self, _frame: &Frame) {}
+
+    /// How masks were come by since the last [`prepare`](Self::prepare).
+    fn stats(&self) -> VisibilityStats {
+        VisibilityStats::default()
+    }
 
     /// Bytes held in buffers of its own.
     fn bytes(&self) -> usize {

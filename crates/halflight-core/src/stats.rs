@@ -1,5 +1,7 @@
 //! What comes back with every frame besides the image.
 
+use std::ops::AddAssign;
+
 use serde::{Deserialize, Serialize};
 
 use crate::fragment::LEVELS;
@@ -46,6 +48,69 @@ pub struct FragmentCounts {
     pub per_level: [u64; LEVELS],
 }
 
+/// How a visibility backend came by its answers; what a backend has no notion of stays 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct VisibilityStats {
+    /// Preparation, once a frame, ms; part of the visibility stage's time.
+    pub prepare_ms: f64,
+    /// Receivers that were proved to see all of the light.
+    pub lit: u64,
+    /// Receivers that were proved to see nothing of the light.
+    pub umbra: u64,
+    /// Rays that these two proofs spared.
+    pub spared: u64,
+    /// Receivers that took their mask from a list of triangles which neighbours share.
+    pub listed: u64,
+    /// Receivers that walked the hierarchy by themselves.
+    pub walked: u64,
+    /// Receivers that met too many triangles and were left to rays.
+    pub left_to_rays: u64,
+    /// Triangle entries in the framebuffer's cells.
+    pub entries: u64,
+    /// Pairs of a receiver and a triangle that shared a cell.
+    pub pairs: u64,
+    /// Pairs left after rejection.
+    pub kept: u64,
+    /// Receivers too near the light's plane to be projected, which looked at all triangles.
+    pub unprojected: u64,
+}
+
+impl VisibilityStats {
+    /// Receivers that beams answered for.
+    pub fn receivers(&self) -> u64 {
+        self.lit + self.umbra + self.listed + self.walked + self.left_to_rays
+    }
+}
+
+impl AddAssign for VisibilityStats {
+    fn add_assign(&mut self, other: Self) {
+        let Self {
+            prepare_ms,
+            lit,
+            umbra,
+            spared,
+            listed,
+            walked,
+            left_to_rays,
+            entries,
+            pairs,
+            kept,
+            unprojected,
+        } = other;
+        self.prepare_ms += prepare_ms;
+        self.lit += lit;
+        self.umbra += umbra;
+        self.spared += spared;
+        self.listed += listed;
+        self.walked += walked;
+        self.left_to_rays += left_to_rays;
+        self.entries += entries;
+        self.pairs += pairs;
+        self.kept += kept;
+        self.unprojected += unprojected;
+    }
+}
+
 /// Statistics of one frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrameStats {
@@ -53,6 +118,8 @@ pub struct FrameStats {
     pub fragments: FragmentCounts,
     /// Shadow rays by purpose.
     pub rays: RayCounts,
+    /// How masks were come by.
+    pub visibility: VisibilityStats,
     /// Time by stage.
     pub stages_ms: StageTimes,
     /// Time of the whole frame.

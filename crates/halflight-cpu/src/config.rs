@@ -4,14 +4,18 @@ use std::sync::Arc;
 
 use halflight_core::frame::LightSampling;
 use halflight_core::scene::Scene;
-use halflight_core::stages::{Refiner, Upsampler};
+use halflight_core::stages::{Refiner, Upsampler, Visibility};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::bvh::Bvh;
+use crate::beam::Beam;
+use crate::bvh::{Bvh, BvhRays};
 use crate::irradiance::Shading;
-use crate::pipeline::{Pipeline, PipelineBuilder};
+use crate::pipeline::{Pipeline, PipelineBuilder, PipelineError};
+use crate::raster4d::{Raster4d, Raster4dConfig};
 use crate::refine::{Full, Nichols, NicholsConfig, SfvtGass, SfvtGassConfig};
 use crate::upsample::{Bilinear, Delaunay, RbfAdaptive, RbfFixed, RbfRobust};
+use crate::voxel::{VoxelConfig, Voxels};
 
 /// A refiner and its constants.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,13 +29,33 @@ pub enum RefinerConfig {
     Full,
 }
 
-/// A visibility backend.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+/// A visibility backend and its constants.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "name", rename_all = "kebab-case")]
 pub enum VisibilityConfig {
     /// Shadow rays through the triangle hierarchy, in packets.
     #[default]
     Bvh,
+    /// 4D rasterization (Wang17).
+    Raster4d(Raster4dConfig),
+    /// Beams and shafts through the triangle hierarchy.
+    Beam,
+    /// Voxel marching (Nichols10): approximate.
+    Voxel(VoxelConfig),
+}
+
+/// A stage with its constants, chosen by name.
+pub trait Named: Sized + Serialize + DeserializeOwned {
+    /// What the stage is called.
+    const STAGE: &str;
+    /// The names that [`Named::named`] knows.
+    const NAMES: &[&str];
+
+    /// The choice of this name with its default constants.
+    fn named(name: &str) -> Option<Self>;
+
+    /// Its name in options, files and tables.
+    fn name(&self) -> &'static str;
 }
 
 /// An upsampler.
@@ -87,12 +111,11 @@ impl Default for PipelineConfig {
     }
 }
 
-impl RefinerConfig {
-    /// The names that [`RefinerConfig::named`] knows.
-    pub const NAMES: [&str; 3] = ["nichols", "sfvt-gass", "full"];
+impl Named for RefinerConfig {
+    const STAGE: &str = "refiner";
+    const NAMES: &[&str] = &["nichols", "sfvt-gass", "full"];
 
-    /// The refiner of this name with the paper's constants.
-    pub fn named(name: &str) -> Option<Self> {
+    fn named(name: &str) -> Option<Self> {
         match name {
             "nichols" => Some(Self::Nichols(NicholsConfig::default())),
             "sfvt-gass" => Some(Self::SfvtGass(SfvtGassConfig::default())),
@@ -101,15 +124,16 @@ impl RefinerConfig {
         }
     }
 
-    /// Its name in options, files and tables.
-    pub fn name(&self) -> &'static str {
+    fn name(&self) -> &'static str {
         match self {
             Self::Nichols(_) => "nichols",
             Self::SfvtGass(_) => "sfvt-gass",
             Self::Full => "full",
         }
     }
+}
 
+impl RefinerConfig {
     /// The stage itself.
     pub fn stage(&self) -> Box<dyn Refiner> {
         match *self {
@@ -120,18 +144,42 @@ impl RefinerConfig {
     }
 }
 
-impl VisibilityConfig {
-    /// The names that [`VisibilityConfig::named`] knows.
-    pub const NAMES: [&str; 1] = ["bvh"];
+impl Named for VisibilityConfig {
+    const STAGE: &str = "visibility";
+    const NAMES: &[&str] = &["bvh", "raster4d", "beam", "voxel"];
 
-    /// The backend of this name.
-    pub fn named(name: &str) -> Option<Self> {
-        (name == "bvh").then_some(Self::Bvh)
+    fn named(name: &str) -> Option<Self> {
+        match name {
+            "bvh" => Some(Self::Bvh),
+            "raster4d" => Some(Self::Raster4d(Raster4dConfig::default())),
+            "beam" => Some(Self::Beam),
+            "voxel" => Some(Self::Voxel(VoxelConfig::default())),
+            _ => None,
+        }
     }
 
-    /// Its name in options, files and tables.
-    pub fn name(&self) -> &'static str {
-        "bvh"
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Bvh => "bvh",
+            Self::Raster4d(_) => "raster4d",
+            Self::Beam => "beam",
+            Self::Voxel(_) => "voxel",
+        }
+    }
+}
+
+impl VisibilityConfig {
+    /// The stage itself.
+    ///
+    /// # Errors
+    /// A constant is out of range.
+    pub fn stage(&self, bvh: &Arc<Bvh>) -> Result<Box<dyn Visibility>, PipelineError> {
+        Ok(match *self {
+            Self::Bvh => Box::new(BvhRays::new(Arc::clone(bvh))),
+            Self::Raster4d(config) => Box::new(Raster4d::new(config)?),
+            Self::Beam => Box::new(Beam::new(Arc::clone(bvh))),
+            Self::Voxel(config) => Box::new(Voxels::new(config)?),
+        })
     }
 }
 
@@ -174,13 +222,17 @@ impl UpsamplerConfig {
 impl PipelineConfig {
     /// A builder with these choices made; threads, layers and stages of one's own can still be set.
     pub fn builder(&self, scene: Arc<Scene>, bvh: Arc<Bvh>) -> PipelineBuilder {
-        let VisibilityConfig::Bvh = self.visibility;
-        Pipeline::builder(scene, bvh)
+        let visibility = self.visibility.stage(&bvh);
+        let builder = Pipeline::builder(scene, bvh)
             .size(self.width, self.height)
             .boxed_refiner(self.refiner.stage())
             .boxed_upsampler(self.upsampler.stage())
             .shading(self.shading)
             .sampling(self.sampling)
-            .seed(self.seed)
+            .seed(self.seed);
+        match visibility {
+            Ok(stage) => builder.boxed_visibility(stage),
+            Err(fault) => builder.failing(fault),
+        }
     }
 }

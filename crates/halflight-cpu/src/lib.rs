@@ -10,6 +10,7 @@ pub mod horizon;
 pub mod irradiance;
 mod occluder;
 pub mod pipeline;
+mod pool;
 pub mod pyramid;
 pub mod raster4d;
 pub mod refine;

@@ -13,13 +13,15 @@ use halflight_core::pattern::{Pattern, PatternError};
 use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::{MeshError, Scene};
 use halflight_core::stages::{Refiner, Unsupported, Upsampler, Visibility};
-use halflight_core::stats::{FrameStats, RayCounts};
+use halflight_core::stats::{FrameStats, RayCounts, VisibilityStats};
 
 use crate::bvh::{Bvh, BvhRays};
 use crate::compose::{self, Totals};
 use crate::irradiance::{self, Shading};
+use crate::raster4d::Raster4dError;
 use crate::refine::SfvtGass;
 use crate::upsample::RbfRobust;
+use crate::voxel::VoxelError;
 use crate::{gbuffer, horizon, pyramid};
 
 /// The widest and highest image: cells hold their place in 16 bits.
@@ -55,6 +57,12 @@ pub enum PipelineError {
     /// The stages do not fit together.
     #[error(transparent)]
     Unsupported(#[from] Unsupported),
+    /// 4D rasterization cannot be set up.
+    #[error(transparent)]
+    Raster4d(#[from] Raster4dError),
+    /// Voxels cannot be set up.
+    #[error(transparent)]
+    Voxel(#[from] VoxelError),
     /// The refiner's fragments refer to what does not exist.
     #[error(transparent)]
     Fragments(#[from] FragmentError),
@@ -76,9 +84,16 @@ pub struct PipelineBuilder {
     seed: u32,
     threads: Option<usize>,
     layers: bool,
+    fault: Option<PipelineError>,
 }
 
 impl PipelineBuilder {
+    /// Makes building fail.
+    pub(crate) fn failing(mut self, fault: PipelineError) -> Self {
+        self.fault = Some(fault);
+        self
+    }
+
     /// Image size in pixels; 640 × 480 by default.
     pub fn size(mut self, width: u32, height: u32) -> Self {
         self.size = (width, height);
@@ -106,6 +121,12 @@ impl PipelineBuilder {
     /// The refiner, already boxed.
     pub fn boxed_refiner(mut self, refiner: Box<dyn Refiner>) -> Self {
         self.refiner = refiner;
+        self
+    }
+
+    /// The visibility backend, already boxed.
+    pub fn boxed_visibility(mut self, visibility: Box<dyn Visibility>) -> Self {
+        self.visibility = visibility;
         self
     }
 
@@ -149,7 +170,10 @@ impl PipelineBuilder {
     ///
     /// # Errors
     /// The first thing that does not; see [`PipelineError`].
-    pub fn build(self) -> Result<Pipeline, PipelineError> {
+    pub fn build(mut self) -> Result<Pipeline, PipelineError> {
+        if let Some(fault) = self.fault.take() {
+            return Err(fault);
+        }
         let (width, height) = self.size;
         if !(1..=MAX_SIZE).contains(&width) || !(1..=MAX_SIZE).contains(&height) {
             return Err(PipelineError::Size { width, height });
@@ -252,6 +276,7 @@ impl Pipeline {
             seed: 0,
             threads: None,
             layers: false,
+            fault: None,
         }
     }
 
@@ -320,7 +345,8 @@ impl State {
             seed: builder.seed,
         };
         visibility.prepare(&frame);
-        stats.stages_ms.visibility = lap(&mut clock);
+        let prepare_ms = lap(&mut clock);
+        stats.stages_ms.visibility = prepare_ms;
 
         (image.width, image.height) = (width, height);
         image.irradiance.clear();
@@ -382,6 +408,7 @@ impl State {
         }
         stats.fragments.total = stats.fragments.per_level.iter().sum();
         stats.rays.total = stats.rays.refine + stats.rays.last;
+        stats.visibility = VisibilityStats { prepare_ms, ..visibility.stats() };
         let held = bvh.bytes()
             + buffers.bytes()
             + refiner.bytes()

@@ -7,6 +7,8 @@ pub use halflight_core::{
     fragment, frame, gbuffer, hash, light, mask, pattern, pyramid, scene, stages, stats,
 };
 pub use halflight_cpu as cpu;
-pub use halflight_cpu::{bvh, config, irradiance, pipeline, refine, unshadowed, upsample};
+pub use halflight_cpu::{
+    beam, bvh, config, irradiance, pipeline, raster4d, refine, unshadowed, upsample, voxel,
+};
 pub use halflight_metrics as metrics;
 pub use halflight_scene as scene_file;

@@ -1,9 +1,10 @@
 //! A group of neighbouring receivers.
 
 use glam::Vec3;
+use halflight_core::stats::VisibilityStats;
 
+use super::GROUP;
 use super::shaft::{Candidates, Hull};
-use super::{BeamCounts, GROUP};
 use crate::bvh::{Child, Chunk, STACK, Shaft, Tracer, push_near_last};
 use crate::occluder::Samples;
 use crate::simd::{Isa, Kernel, Simd};
@@ -29,10 +30,10 @@ pub(super) struct Groups<M> {
     rest: Vec<u64>,
 }
 
-impl<M: Samples + Send> Groups<M> {
-    pub(super) fn new(samples: M) -> Self {
+impl<M: Samples> Groups<M> {
+    pub(super) fn new() -> Self {
         Self {
-            samples,
+            samples: M::new(),
             candidates: Candidates::new(),
             tracer: Tracer::new(),
             stack: [0; STACK],
@@ -41,22 +42,23 @@ impl<M: Samples + Send> Groups<M> {
     }
 
     /// Answers all queries of a group.
-    pub(super) fn answer(&mut self, isa: Isa, answers: Answers<'_>) -> BeamCounts {
-        isa.run(Group { groups: self, answers, counts: BeamCounts::default() })
+    pub(super) fn answer(&mut self, isa: Isa, answers: Answers<'_>) -> VisibilityStats {
+        self.samples.set(answers.pattern, answers.light);
+        isa.run(Group { groups: self, answers, stats: VisibilityStats::default() })
     }
 }
 
 struct Group<'a, 'b, M> {
     groups: &'b mut Groups<M>,
     answers: Answers<'a>,
-    counts: BeamCounts,
+    stats: VisibilityStats,
 }
 
 impl<M: Samples> Kernel for Group<'_, '_, M> {
-    type Output = BeamCounts;
+    type Output = VisibilityStats;
 
     #[inline(always)]
-    fn run<S: Simd>(mut self) -> BeamCounts {
+    fn run<S: Simd>(mut self) -> VisibilityStats {
         let words = self.answers.words;
         let mut members = [0u8; GROUP];
         let mut count = 0;
@@ -92,7 +94,7 @@ impl<M: Samples> Kernel for Group<'_, '_, M> {
                 self.one_by_one::<S>(first, last, &members);
             }
         }
-        self.counts
+        self.stats
     }
 }
 
@@ -151,9 +153,9 @@ impl<M: Samples> Group<'_, '_, M> {
                     visible.fill(0);
                 }
                 let (receivers, rays) = if lit {
-                    (&mut self.counts.lit, &mut self.counts.spared)
+                    (&mut self.stats.lit, &mut self.stats.spared)
                 } else {
-                    (&mut self.counts.umbra, &mut self.counts.spared)
+                    (&mut self.stats.umbra, &mut self.stats.spared)
                 };
                 *receivers += 1;
                 *rays += wanted.iter().map(|word| u64::from(word.count_ones())).sum::<u64>();
@@ -173,7 +175,7 @@ impl<M: Samples> Group<'_, '_, M> {
                 }
             }
             samples.write(visible);
-            self.counts.listed += 1;
+            self.stats.listed += 1;
         }
         true
     }
@@ -186,7 +188,7 @@ impl<M: Samples> Group<'_, '_, M> {
         for &member in &members[first..last] {
             let query = usize::from(member);
             if dense < 2 && self.walk::<S>(query) {
-                self.counts.walked += 1;
+                self.stats.walked += 1;
                 dense = 0;
                 continue;
             }
@@ -196,7 +198,7 @@ impl<M: Samples> Group<'_, '_, M> {
                 self.answers.visible[slots.clone()].copy_from_slice(&self.answers.wanted[slots]);
             }
             dense += 1;
-            self.counts.left_to_rays += 1;
+            self.stats.left_to_rays += 1;
             self.trace_rest::<S>(query);
         }
     }

@@ -12,16 +12,17 @@ mod shaft;
 #[cfg(test)]
 mod tests;
 
-use std::ops::AddAssign;
 use std::sync::Arc;
 
 use halflight_core::frame::Frame;
 use halflight_core::mask::{MaskBatch, Query};
 use halflight_core::stages::Visibility;
+use halflight_core::stats::VisibilityStats;
 use rayon::prelude::*;
 
 use crate::bvh::Bvh;
 use crate::occluder::{Points, Rows};
+use crate::pool::Pool;
 use crate::simd::Isa;
 use group::{Answers, Groups};
 
@@ -37,43 +38,9 @@ pub struct Beam {
     queries: Vec<Query>,
     wanted: Vec<u64>,
     visible: Vec<u64>,
-    counts: BeamCounts,
-}
-
-/// How receivers came by their masks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct BeamCounts {
-    /// Receivers that the shaft of their group proved fully lit.
-    pub lit: u64,
-    /// Receivers that one triangle across the shaft of their group was proved to hide everything from.
-    pub umbra: u64,
-    /// Rays that these two proofs spared.
-    pub spared: u64,
-    /// Receivers that took their mask from their group's list.
-    pub listed: u64,
-    /// Receivers that walked the hierarchy by themselves.
-    pub walked: u64,
-    /// Receivers that met too much on their way and were left to rays.
-    pub left_to_rays: u64,
-}
-
-impl BeamCounts {
-    /// All receivers.
-    pub fn receivers(&self) -> u64 {
-        self.lit + self.umbra + self.listed + self.walked + self.left_to_rays
-    }
-}
-
-impl AddAssign for BeamCounts {
-    fn add_assign(&mut self, other: Self) {
-        let Self { lit, umbra, spared, listed, walked, left_to_rays } = other;
-        self.lit += lit;
-        self.umbra += umbra;
-        self.spared += spared;
-        self.listed += listed;
-        self.walked += walked;
-        self.left_to_rays += left_to_rays;
-    }
+    stats: VisibilityStats,
+    rows: Pool<Groups<Rows>>,
+    points: Pool<Groups<Points>>,
 }
 
 impl Beam {
@@ -86,7 +53,9 @@ impl Beam {
             queries: Vec::new(),
             wanted: Vec::new(),
             visible: Vec::new(),
-            counts: BeamCounts::default(),
+            stats: VisibilityStats::default(),
+            rows: Pool::default(),
+            points: Pool::default(),
         }
     }
 
@@ -94,11 +63,6 @@ impl Beam {
     #[must_use]
     pub fn with_isa(self, isa: Isa) -> Self {
         Self { isa, ..self }
-    }
-
-    /// How the receivers of this frame came by their masks so far.
-    pub fn counts(&self) -> BeamCounts {
-        self.counts
     }
 
     /// Puts queries into an order in which neighbours in the image follow each other; false where they do already.
@@ -130,7 +94,7 @@ fn spread(bits: u32) -> u32 {
 
 impl Visibility for Beam {
     fn prepare(&mut self, _frame: &Frame) {
-        self.counts = BeamCounts::default();
+        self.stats = VisibilityStats::default();
     }
 
     fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
@@ -168,28 +132,33 @@ impl Visibility for Beam {
             wanted,
             visible,
         };
-        let sum = |mut all: BeamCounts, some: BeamCounts| {
+        let none = VisibilityStats::default;
+        let sum = |mut all: VisibilityStats, some: VisibilityStats| {
             all += some;
             all
         };
-        let counts = if Rows::fit(pattern) {
-            let new = || Groups::new(Rows::new(pattern, &light));
+        let stats: VisibilityStats = if Rows::fit(pattern) {
+            let pool = &self.rows;
             groups
-                .map_init(new, |groups, group| groups.answer(isa, answers(group)))
-                .reduce(BeamCounts::default, sum)
+                .map(|group| pool.lend(Groups::new, |groups| groups.answer(isa, answers(group))))
+                .reduce(none, sum)
         } else {
-            let new = || Groups::new(Points::new(pattern, &light));
+            let pool = &self.points;
             groups
-                .map_init(new, |groups, group| groups.answer(isa, answers(group)))
-                .reduce(BeamCounts::default, sum)
+                .map(|group| pool.lend(Groups::new, |groups| groups.answer(isa, answers(group))))
+                .reduce(none, sum)
         };
-        self.counts += counts;
+        self.stats += stats;
         if sorted {
             for (&at, visible) in self.order.iter().zip(self.visible.chunks(words)) {
                 let at = at as u32 as usize;
                 parts.visible[at * words..(at + 1) * words].copy_from_slice(visible);
             }
         }
+    }
+
+    fn stats(&self) -> VisibilityStats {
+        self.stats
     }
 
     fn bytes(&self) -> usize {

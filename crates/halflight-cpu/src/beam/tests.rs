@@ -5,8 +5,10 @@ use std::sync::Arc;
 use glam::Vec3;
 use halflight_core::mask::MaskBatch;
 use halflight_core::scene::Scene;
+use halflight_core::stages::Visibility;
+use halflight_core::stats::VisibilityStats;
 
-use super::{Beam, BeamCounts};
+use super::Beam;
 use crate::bvh::tests::meshes::{Numbers, answer, ask, cuboid, hall, lamp, patterns, scene, soup, sphere};
 use crate::bvh::{Bvh, BvhRays};
 use crate::simd::Isa;
@@ -27,9 +29,9 @@ fn clusters(count: usize, low: Vec3, high: Vec3) -> Vec<Vec3> {
 }
 
 /// Masks by beams for every instruction set, held against single rays bit for bit; what the beams did.
-fn compare(scene: &Scene, origins: &[Vec3]) -> BeamCounts {
+fn compare(scene: &Scene, origins: &[Vec3]) -> VisibilityStats {
     let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
-    let mut counts = BeamCounts::default();
+    let mut counts = VisibilityStats::default();
     for pattern in patterns() {
         for sparse in [false, true] {
             let mut batch = ask(origins, pattern, sparse);
@@ -38,7 +40,7 @@ fn compare(scene: &Scene, origins: &[Vec3]) -> BeamCounts {
                 let mut beam = Beam::new(bvh.clone()).with_isa(isa);
                 let found = answer(&mut beam, scene, &mut batch);
                 assert_eq!(first_difference(&found, &expected), None, "{isa:?} {pattern:?} sparse {sparse}");
-                let found = beam.counts();
+                let found = beam.stats();
                 let asked =
                     (0..batch.len()).filter(|&q| batch.wanted(q).iter().any(|&word| word != 0)).count();
                 assert_eq!(found.receivers(), asked as u64);
@@ -121,7 +123,7 @@ fn ask_clusters(origins: &[Vec3]) -> MaskBatch {
 #[test]
 fn thin_and_tiny_triangles_do_not_break_a_proof() {
     let mut numbers = Numbers(9);
-    let mut proved = BeamCounts::default();
+    let mut proved = VisibilityStats::default();
     for round in 0..60 {
         // Wires and specks between a light and its receivers, and plates that nearly cover it.
         let mut corners = Vec::new();
@@ -146,7 +148,7 @@ fn thin_and_tiny_triangles_do_not_break_a_proof() {
         let mut beam = Beam::new(bvh);
         let found = answer(&mut beam, &scene, &mut batch);
         assert_eq!(first_difference(&found, &expected), None, "round {round}");
-        proved += beam.counts();
+        proved += beam.stats();
     }
     assert!(proved.lit > 1000 && proved.umbra > 1000, "{proved:?}");
     assert_eq!(proved.spared, 64 * (proved.lit + proved.umbra));

@@ -12,7 +12,10 @@ mod points;
 mod rows;
 mod vector;
 
+use glam::Vec3;
+use halflight_core::light::AreaLight;
 use halflight_core::mask::Query;
+use halflight_core::pattern::{Pattern, PatternKind};
 
 pub(crate) use block::{Block, Triangle};
 pub(crate) use facet::{Facets, Planes, barycentric};
@@ -24,7 +27,13 @@ pub(crate) use vector::Vector;
 use crate::simd::Simd;
 
 /// The samples that one receiver has asked for and that no triangle hides so far.
-pub(crate) trait Samples {
+pub(crate) trait Samples: Send {
+    /// Samples of no light yet.
+    fn new() -> Self;
+
+    /// Takes another pattern and light.
+    fn set(&mut self, pattern: Pattern, light: &AreaLight);
+
     /// Starts anew with a receiver and the samples that it asks for.
     fn aim(&mut self, query: &Query, wanted: &[u64]);
 
@@ -37,3 +46,13 @@ pub(crate) trait Samples {
     /// Writes the samples that are left.
     fn write(&self, visible: &mut [u64]);
 }
+
+/// No samples at all, of no light: what there is before [`Samples::set`].
+const NOTHING: Pattern = Pattern { kind: PatternKind::Grid, columns: 0, rows: 0 };
+pub(crate) const NOWHERE: AreaLight = AreaLight {
+    corner: Vec3::ZERO,
+    edge_u: Vec3::X,
+    edge_v: Vec3::Z,
+    radiance: Vec3::ZERO,
+    two_sided: false,
+};

@@ -9,7 +9,7 @@ use super::block::Block;
 use super::facet::Planes;
 use super::over::OverLight;
 use super::vector::Vector;
-use super::{Samples, exact};
+use super::{NOTHING, NOWHERE, Samples, exact};
 use crate::samples::{LANES, positions};
 use crate::simd::{Kernel, Lanes, Simd};
 
@@ -25,22 +25,25 @@ pub(crate) struct Points {
     planes: Planes,
 }
 
-impl Points {
-    pub(crate) fn new(pattern: Pattern, light: &AreaLight) -> Self {
-        let words = pattern.words();
+impl Samples for Points {
+    fn new() -> Self {
         Self {
-            pattern,
-            light: *light,
+            pattern: NOTHING,
+            light: NOWHERE,
             origin: Vec3::ZERO,
             key: 0,
-            d: vec![[[0.0; LANES]; 3]; words * 64 / LANES],
-            left: vec![0; words],
+            d: Vec::new(),
+            left: Vec::new(),
             planes: Planes::new(),
         }
     }
-}
 
-impl Samples for Points {
+    fn set(&mut self, pattern: Pattern, light: &AreaLight) {
+        (self.pattern, self.light) = (pattern, *light);
+        self.left.resize(pattern.words(), 0);
+        self.d.resize(pattern.words() * 64 / LANES, [[0.0; LANES]; 3]);
+    }
+
     #[inline(always)]
     fn aim(&mut self, query: &Query, wanted: &[u64]) {
         (self.origin, self.key) = (query.origin, query.key);

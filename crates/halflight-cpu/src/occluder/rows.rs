@@ -13,7 +13,7 @@ use halflight_core::pattern::{Pattern, PatternKind};
 
 use super::block::Block;
 use super::over::OverLight;
-use super::{Samples, exact};
+use super::{NOTHING, NOWHERE, Samples, exact};
 use crate::simd::{Kernel, Lanes, Simd};
 
 /// Most rows and most columns.
@@ -27,7 +27,8 @@ pub(crate) struct Rows {
     pattern: Pattern,
     light: AreaLight,
     origin: Vec3,
-    key: u32,
+    /// Of the receiver's pattern; `None` before the first.
+    key: Option<u32>,
     /// Place of each row along the light's second edge, 0 … 1.
     v: [f32; SIDE],
     /// How far each row's samples lie from the left ends of their columns, in columns.
@@ -78,24 +79,6 @@ impl Rows {
         pattern.kind != PatternKind::Jittered
             && usize::from(pattern.columns) <= SIDE
             && usize::from(pattern.rows) <= SIDE
-    }
-
-    pub(crate) fn new(pattern: Pattern, light: &AreaLight) -> Self {
-        let mut rows = Self {
-            pattern,
-            light: *light,
-            origin: Vec3::ZERO,
-            key: 0,
-            v: [0.0; SIDE],
-            shift: [0.5; SIDE],
-            left: [[0; SIDE]; 2],
-            planes: [Plane::EMPTY; 4],
-        };
-        let scale = 1.0 / f32::from(pattern.rows);
-        for (row, v) in rows.v.iter_mut().enumerate() {
-            *v = (row as f32 + 0.5) * scale;
-        }
-        rows
     }
 
     fn shift_rows(&mut self, key: u32) {
@@ -172,7 +155,7 @@ impl Rows {
                 let column = open.trailing_zeros() as usize;
                 open &= open - 1;
                 let index = at * columns + half * 32 + column;
-                let end = self.light.point(self.pattern.position(index, self.key));
+                let end = self.light.point(self.pattern.position(index, self.key.unwrap_or_default()));
                 if exact::meets(self.origin, end, corners) {
                     self.left[half][at] &= !(1 << column);
                 }
@@ -182,12 +165,35 @@ impl Rows {
 }
 
 impl Samples for Rows {
+    fn new() -> Self {
+        Self {
+            pattern: NOTHING,
+            light: NOWHERE,
+            origin: Vec3::ZERO,
+            key: None,
+            v: [0.0; SIDE],
+            shift: [0.5; SIDE],
+            left: [[0; SIDE]; 2],
+            planes: [Plane::EMPTY; 4],
+        }
+    }
+
+    fn set(&mut self, pattern: Pattern, light: &AreaLight) {
+        (self.pattern, self.light, self.key) = (pattern, *light, None);
+        self.left = [[0; SIDE]; 2];
+        self.shift = [0.5; SIDE];
+        let scale = 1.0 / f32::from(pattern.rows);
+        for (row, v) in self.v.iter_mut().enumerate() {
+            *v = (row as f32 + 0.5) * scale;
+        }
+    }
+
     #[inline(always)]
     fn aim(&mut self, query: &Query, wanted: &[u64]) {
-        if self.pattern.kind == PatternKind::ShiftedRows && (query.key != self.key || self.shift[0] == 0.5) {
+        if self.pattern.kind == PatternKind::ShiftedRows && self.key != Some(query.key) {
             self.shift_rows(query.key);
         }
-        (self.origin, self.key) = (query.origin, query.key);
+        (self.origin, self.key) = (query.origin, Some(query.key));
         let (columns, rows) = (usize::from(self.pattern.columns), usize::from(self.pattern.rows));
         let mask = if columns == 64 { u64::MAX } else { (1 << columns) - 1 };
         for row in 0..rows {

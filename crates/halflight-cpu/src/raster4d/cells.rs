@@ -7,6 +7,7 @@ use halflight_core::scene::Mesh;
 use rayon::prelude::*;
 
 use super::project::{Projection, Rectangle};
+use crate::occluder::NOWHERE;
 
 /// Triangles of one cell, or of all: their rectangles and indices.
 #[derive(Debug, Default)]
@@ -218,11 +219,3 @@ impl Cells {
             + self.rectangles.capacity() * size_of::<Option<(Rectangle, u8, [u16; 4])>>()
     }
 }
-
-const NOWHERE: AreaLight = AreaLight {
-    corner: Vec3::ZERO,
-    edge_u: Vec3::X,
-    edge_v: Vec3::Z,
-    radiance: Vec3::ZERO,
-    two_sided: false,
-};

@@ -11,19 +11,18 @@ mod project;
 #[cfg(test)]
 mod tests;
 
-use std::ops::AddAssign;
-use std::time::{Duration, Instant};
-
 use halflight_core::frame::Frame;
 use halflight_core::light::AreaLight;
 use halflight_core::mask::{MaskBatch, Query};
 use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::scene::Mesh;
 use halflight_core::stages::{Unsupported, Visibility};
+use halflight_core::stats::VisibilityStats;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::occluder::{Block, Points, Rows, Samples, Triangle};
+use crate::pool::Pool;
 use crate::simd::{Isa, Kernel, Lanes, Simd};
 use cells::Cells;
 use project::Rectangle;
@@ -63,32 +62,6 @@ pub enum Raster4dError {
     Framebuffer(u32),
 }
 
-/// Work of a frame so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Raster4dCounts {
-    /// Triangle entries in cells.
-    pub entries: u64,
-    /// Pairs of a receiver and a triangle that cells brought together.
-    pub pairs: u64,
-    /// Pairs left after rejection.
-    pub kept: u64,
-    /// Receivers too near the light's plane to be projected, which looked at all triangles.
-    pub unprojected: u64,
-    /// Time for binning (STEPs 2 and 4).
-    pub binning: Duration,
-}
-
-impl AddAssign for Raster4dCounts {
-    fn add_assign(&mut self, other: Self) {
-        let Self { entries, pairs, kept, unprojected, binning } = other;
-        self.entries += entries;
-        self.pairs += pairs;
-        self.kept += kept;
-        self.unprojected += unprojected;
-        self.binning += binning;
-    }
-}
-
 /// Exact visibility by 4D rasterization, for grids and grids with shifted rows.
 #[derive(Debug)]
 pub struct Raster4d {
@@ -97,7 +70,9 @@ pub struct Raster4d {
     triangles: Vec<Triangle>,
     /// For each light its front, then its back where it has one.
     sides: Vec<[Option<Cells>; 2]>,
-    counts: Raster4dCounts,
+    stats: VisibilityStats,
+    rows: Pool<Rows>,
+    points: Pool<Points>,
 }
 
 impl Raster4d {
@@ -118,7 +93,9 @@ impl Raster4d {
             isa: Isa::best(),
             triangles: Vec::new(),
             sides: Vec::new(),
-            counts: Raster4dCounts::default(),
+            stats: VisibilityStats::default(),
+            rows: Pool::default(),
+            points: Pool::default(),
         })
     }
 
@@ -126,11 +103,6 @@ impl Raster4d {
     #[must_use]
     pub fn with_isa(self, isa: Isa) -> Self {
         Self { isa, ..self }
-    }
-
-    /// Work of this frame so far.
-    pub fn counts(&self) -> Raster4dCounts {
-        self.counts
     }
 }
 
@@ -148,10 +120,9 @@ impl Visibility for Raster4d {
     }
 
     fn prepare(&mut self, frame: &Frame) {
-        let start = Instant::now();
         let mesh: &Mesh = &frame.scene.mesh;
         let lights = &frame.scene.lights;
-        self.counts = Raster4dCounts::default();
+        self.stats = VisibilityStats::default();
         (0..mesh.triangle_count() as u32)
             .into_par_iter()
             .with_min_len(1024)
@@ -166,10 +137,9 @@ impl Visibility for Raster4d {
                 }
                 let cells = side.get_or_insert_with(|| Cells::new(self.config.framebuffer));
                 cells.fill(mesh, frame.gbuffer, light, back, span);
-                self.counts.entries += cells.entry_count() as u64;
+                self.stats.entries += cells.entry_count() as u64;
             }
         }
-        self.counts.binning = start.elapsed();
     }
 
     fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
@@ -194,28 +164,34 @@ impl Visibility for Raster4d {
             wanted,
             visible,
         };
-        let sum = |mut all: Raster4dCounts, some: Raster4dCounts| {
+        let none = VisibilityStats::default;
+        let sum = |mut all: VisibilityStats, some: VisibilityStats| {
             all += some;
             all
         };
-        let counts = if config.rows {
-            let new = || Rows::new(pattern, &light);
-            chunks
-                .map_init(new, |rows, part| isa.run(Answer { chunk: chunk(part), samples: rows }))
-                .reduce(Raster4dCounts::default, sum)
+        let stats: VisibilityStats = if config.rows {
+            chunks.map(|part| answer(&self.rows, isa, pattern, chunk(part))).reduce(none, sum)
         } else {
-            let new = || Points::new(pattern, &light);
-            chunks
-                .map_init(new, |points, part| isa.run(Answer { chunk: chunk(part), samples: points }))
-                .reduce(Raster4dCounts::default, sum)
+            chunks.map(|part| answer(&self.points, isa, pattern, chunk(part))).reduce(none, sum)
         };
-        self.counts += counts;
+        self.stats += stats;
+    }
+
+    fn stats(&self) -> VisibilityStats {
+        self.stats
     }
 
     fn bytes(&self) -> usize {
         self.triangles.capacity() * size_of::<Triangle>()
             + self.sides.iter().flatten().flatten().map(Cells::bytes).sum::<usize>()
     }
+}
+
+fn answer<M: Samples>(pool: &Pool<M>, isa: Isa, pattern: Pattern, chunk: Chunk<'_>) -> VisibilityStats {
+    pool.lend(M::new, |samples| {
+        samples.set(pattern, chunk.light);
+        isa.run(Answer { chunk, samples })
+    })
 }
 
 /// Neighbouring queries of a batch.
@@ -259,12 +235,12 @@ impl Waiting {
 }
 
 impl<M: Samples> Kernel for Answer<'_, '_, M> {
-    type Output = Raster4dCounts;
+    type Output = VisibilityStats;
 
     #[inline(always)]
-    fn run<S: Simd>(self) -> Raster4dCounts {
+    fn run<S: Simd>(self) -> VisibilityStats {
         let Self { chunk, samples } = self;
-        let mut counts = Raster4dCounts::default();
+        let mut counts = VisibilityStats::default();
         let mut waiting = Waiting { block: Block::EMPTY, count: 0 };
         let normal = chunk.light.edge_u.cross(chunk.light.edge_v);
         for (index, query) in chunk.queries.iter().enumerate() {
@@ -312,7 +288,7 @@ impl Search<'_> {
         triangles: &[Triangle],
         waiting: &mut Waiting,
         samples: &mut impl Samples,
-        counts: &mut Raster4dCounts,
+        counts: &mut VisibilityStats,
     ) -> bool {
         let entries = &self.cells.entries;
         let Rectangle { low, high } = self.rectangle;

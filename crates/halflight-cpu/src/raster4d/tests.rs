@@ -67,9 +67,9 @@ fn first_difference(a: &[u64], b: &[u64]) -> Option<usize> {
 }
 
 /// Masks of all kinds, held against single rays bit for bit.
-fn compare(scene: &Scene, origins: &[Vec3]) -> Raster4dCounts {
+fn compare(scene: &Scene, origins: &[Vec3]) -> VisibilityStats {
     let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
-    let mut counts = Raster4dCounts::default();
+    let mut counts = VisibilityStats::default();
     for pattern in patterns() {
         for sparse in [false, true] {
             let mut batch = ask(origins, pattern, sparse);
@@ -85,7 +85,7 @@ fn compare(scene: &Scene, origins: &[Vec3]) -> Raster4dCounts {
                     None,
                     "{config:?} {isa:?} {pattern:?} {sparse}"
                 );
-                counts += raster.counts();
+                counts += raster.stats();
             }
         }
     }

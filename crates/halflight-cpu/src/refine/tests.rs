@@ -221,7 +221,8 @@ fn culled_fragments_hold_no_probes() {
     let mut floor = Floor::new(64, 64);
     floor.gbuffer.normal.fill(-Vec3::Y);
     for name in ["nichols", "sfvt-gass"] {
-        let mut refiner = crate::config::RefinerConfig::named(name).unwrap().stage();
+        let mut refiner =
+            <crate::config::RefinerConfig as crate::config::Named>::named(name).unwrap().stage();
         let (fragments, rays) = floor.refine(refiner.as_mut(), |_, _| u64::MAX);
         assert_eq!(rays, 0, "{name}");
         assert!(fragments.samples().iter().all(|sample| sample.probes == 0) && !fragments.cells().is_empty());

@@ -17,6 +17,13 @@ pub const EXPERIMENTS: &[(&str, &str)] = experiments![
     "koa-table1",
     "light-samples",
     "thresholds",
+    "visibility",
+    "voxel",
+    "wang-table1",
+    "wang-table2",
+    "wang-table4",
+    "wang-table5",
+    "wang-table6",
 ];
 
 /// The text of an experiment.
@@ -51,6 +58,13 @@ mod tests {
             ("koa-table1", 3, 1 + 2 + 2 + 3),
             ("light-samples", 3, 2 * 3 + 2 * (2 * 3 + 1) + 2 * (2 * 2 + 1)),
             ("thresholds", 1, (6 + 5 + 1 + 3) * 10 + 6),
+            ("visibility", 4, 3 * 4),
+            ("voxel", 2, 6 + 3 + 4 * 2 + 2 * 2 + 1),
+            ("wang-table1", 6, 3),
+            ("wang-table2", 4, 5),
+            ("wang-table4", 4, 3 * 4),
+            ("wang-table5", 4 * 5, 3),
+            ("wang-table6", 4, 4),
         ];
         assert_eq!(counts, expected);
     }

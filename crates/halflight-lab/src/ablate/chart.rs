@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use halflight_cpu::config::{RefinerConfig, UpsamplerConfig};
+use halflight_cpu::config::{Named, RefinerConfig, UpsamplerConfig};
 use halflight_metrics::{write_atomically, write_png};
 use plotters::prelude::*;
 

@@ -1,13 +1,13 @@
-//! Constants of refiners, as experiment files write them.
+//! Constants of refiners and backends, as experiment files write them.
 
-use halflight_cpu::config::RefinerConfig;
+use halflight_cpu::config::Named;
 use serde_json::Value;
 
-/// A refiner with its constants, and those that were set, as text for tables.
+/// A stage with its constants, and those that were set, as text for tables.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Choice {
-    /// The refiner.
-    pub refiner: RefinerConfig,
+pub struct Choice<T> {
+    /// The stage.
+    pub stage: T,
     /// `constant=value` of those that the file sets, separated by `;`.
     pub parameters: String,
 }
@@ -15,23 +15,23 @@ pub struct Choice {
 /// Expands `{ name = "…", constant = value or [values], … }` into every combination of the values.
 ///
 /// # Errors
-/// An unknown refiner or constant, or a value of the wrong type, by name.
-pub fn expand(table: &toml::Table) -> Result<Vec<Choice>, String> {
+/// An unknown stage or constant, or a value of the wrong type, by name.
+pub fn expand<T: Named>(table: &toml::Table) -> Result<Vec<Choice<T>>, String> {
+    let stage = T::STAGE;
+    let names = T::NAMES.join(", ");
     let name = match table.get("name") {
         Some(toml::Value::String(name)) => name.as_str(),
         _ => {
-            return Err(format!(
-                "a refiner has no name, expected one of {}",
-                RefinerConfig::NAMES.join(", ")
-            ));
+            return Err(format!("a {stage} has no name, expected one of {names}"));
         }
     };
-    let Some(default) = RefinerConfig::named(name) else {
-        return Err(format!("unknown refiner `{name}`, expected one of {}", RefinerConfig::NAMES.join(", ")));
+    let Some(default) = T::named(name) else {
+        return Err(format!("unknown {stage} `{name}`, expected one of {names}"));
     };
     let default = serde_json::to_value(default).map_err(|fault| fault.to_string())?;
     let mut axes = Vec::new();
-    flatten(name, table, "", &default, &mut axes)?;
+    let name = format!("{stage} `{name}`");
+    flatten(&name, table, "", &default, &mut axes)?;
     let mut choices = vec![(default, Vec::new())];
     for (path, values) in &axes {
         let mut grown = Vec::new();
@@ -50,9 +50,9 @@ pub fn expand(table: &toml::Table) -> Result<Vec<Choice>, String> {
     }
     let choice = |(config, said): (Value, Vec<String>)| {
         let parameters = said.join(";");
-        let refiner = serde_json::from_value(config)
-            .map_err(|fault| format!("refiner `{name}` with {parameters}: {fault}"))?;
-        Ok(Choice { refiner, parameters })
+        let stage =
+            serde_json::from_value(config).map_err(|fault| format!("{name} with {parameters}: {fault}"))?;
+        Ok(Choice { stage, parameters })
     };
     choices.into_iter().map(choice).collect()
 }
@@ -71,12 +71,12 @@ fn flatten(
         }
         let path = format!("{prefix}/{key}");
         if default.pointer(&path).is_none() {
-            return Err(format!("refiner `{name}` has no constant `{key}`{}", known(default, prefix)));
+            return Err(format!("{name} has no constant `{key}`{}", known(default, prefix)));
         }
         match value {
             toml::Value::Table(inner) => flatten(name, inner, &path, default, axes)?,
             toml::Value::Array(values) if values.is_empty() => {
-                return Err(format!("refiner `{name}`: the sweep of `{key}` is empty"));
+                return Err(format!("{name}: the sweep of `{key}` is empty"));
             }
             toml::Value::Array(values) => {
                 let values = values.iter().map(json).collect::<Result<_, _>>()?;
@@ -105,9 +105,11 @@ fn known(default: &Value, prefix: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use halflight_cpu::config::RefinerConfig;
+
     use super::*;
 
-    fn expanded(text: &str) -> Result<Vec<Choice>, String> {
+    fn expanded(text: &str) -> Result<Vec<Choice<RefinerConfig>>, String> {
         expand(&toml::from_str(text).unwrap())
     }
 
@@ -118,7 +120,7 @@ mod tests {
         )
         .unwrap();
         assert_eq!(choices.len(), 6);
-        let RefinerConfig::SfvtGass(last) = choices[5].refiner else { panic!("not the refiner asked for") };
+        let RefinerConfig::SfvtGass(last) = choices[5].stage else { panic!("not the refiner asked for") };
         assert_eq!((last.fine_threshold, last.geometry.depth, last.inclusive), (4, 0.2, true));
         assert_eq!(choices[5].parameters, "fine_threshold=4;geometry.depth=0.2;inclusive=true");
     }
@@ -126,7 +128,7 @@ mod tests {
     #[test]
     fn optional_constants_can_be_set() {
         let choices = expanded("name = 'nichols'\nirradiance_threshold = 0.5").unwrap();
-        let RefinerConfig::Nichols(config) = choices[0].refiner else { panic!("not the refiner asked for") };
+        let RefinerConfig::Nichols(config) = choices[0].stage else { panic!("not the refiner asked for") };
         assert_eq!(config.irradiance_threshold, Some(0.5));
     }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use halflight_core::frame::Sharing;
 use halflight_core::pattern::PatternKind;
-use halflight_cpu::config::UpsamplerConfig;
+use halflight_cpu::config::{Named, UpsamplerConfig};
 use halflight_cpu::irradiance::Shading;
 use serde::{Deserialize, Serialize};
 
@@ -83,6 +83,9 @@ pub struct SceneChoice {
 pub struct Grid {
     /// Refiners: `name` and constants that differ from the default. A list of values is a sweep.
     pub refiners: Vec<toml::Table>,
+    /// Visibility backends, like refiners; the default's where left out.
+    #[serde(default = "visibility")]
+    pub visibilities: Vec<toml::Table>,
     /// Upsamplers.
     pub upsamplers: Vec<UpsamplerConfig>,
     /// What is interpolated.
@@ -123,6 +126,15 @@ pub struct PaperRow {
     pub scene: String,
     /// Our refiner.
     pub refiner: String,
+    /// Our visibility backend, if only one is meant.
+    #[serde(default)]
+    pub visibility: Option<String>,
+    /// Our constants, as in the column `parameters`, if only one set is meant.
+    #[serde(default)]
+    pub parameters: Option<String>,
+    /// Our light samples, if only one number is meant.
+    #[serde(default)]
+    pub samples: Option<u32>,
     /// Our upsampler, if only one is meant.
     #[serde(default)]
     pub upsampler: Option<String>,
@@ -164,6 +176,11 @@ fn one() -> Vec<f32> {
 
 fn error_scale() -> f32 {
     crate::picture::ERROR_SCALE
+}
+
+fn visibility() -> Vec<toml::Table> {
+    let name = halflight_cpu::config::VisibilityConfig::default().name();
+    vec![toml::Table::from_iter([("name".to_string(), name.into())])]
 }
 
 fn pattern() -> Vec<PatternKind> {
@@ -277,6 +294,7 @@ impl Experiment {
         for (number, grid) in (1..).zip(&self.grids) {
             let lists = [
                 ("refiners", grid.refiners.len()),
+                ("visibilities", grid.visibilities.len()),
                 ("upsamplers", grid.upsamplers.len()),
                 ("shadings", grid.shadings.len()),
                 ("samples", grid.samples.len()),

@@ -60,6 +60,9 @@ fn stands_for(row: &Finished, theirs: &PaperRow) -> bool {
     let is = |wanted: &Option<String>, have: &str| wanted.as_deref().is_none_or(|wanted| wanted == have);
     scene
         && record.refiner == theirs.refiner
+        && is(&theirs.visibility, &record.visibility)
+        && is(&theirs.parameters, &record.parameters)
+        && theirs.samples.is_none_or(|samples| samples == record.samples)
         && is(&theirs.upsampler, &record.upsampler)
         && is(&theirs.shading, &record.shading)
         && theirs.light_scale.is_none_or(|scale| scale == record.light_scale)

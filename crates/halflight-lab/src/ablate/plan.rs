@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use halflight_core::frame::LightSampling;
-use halflight_cpu::config::{PipelineConfig, RefinerConfig, VisibilityConfig};
+use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
 use halflight_cpu::irradiance::Shading;
+use itertools::iproduct;
 use serde::Serialize;
 
 use super::experiment::{Experiment, SceneChoice};
@@ -69,34 +70,43 @@ pub fn rows(experiment: &Experiment) -> Result<Vec<Row>, String> {
     let mut seen = BTreeSet::new();
     for (number, grid) in (1..).zip(&experiment.grids) {
         let at = |message: String| format!("grid {number}: {message}");
-        for table in &grid.refiners {
-            for choice in constants::expand(table).map_err(at)? {
-                for sampling in samplings(grid) {
-                    sampling.pattern().map_err(|fault| at(fault.to_string()))?;
-                    for &shading in &grid.shadings {
-                        for &upsampler in &grid.upsamplers {
-                            let config = PipelineConfig {
-                                width: experiment.width(),
-                                height: experiment.height(),
-                                refiner: choice.refiner,
-                                visibility: VisibilityConfig::default(),
-                                upsampler,
-                                shading,
-                                sampling,
-                                seed: experiment.seed,
-                            };
-                            let row = Row { config, parameters: choice.parameters.clone() };
-                            if !seen.insert(row.slug()) {
-                                return Err(at(format!("{} is there already", row.label())));
-                            }
-                            rows.push(row);
-                        }
-                    }
-                }
+        let refiners = expand_all::<RefinerConfig>(&grid.refiners).map_err(at)?;
+        let visibilities = expand_all::<VisibilityConfig>(&grid.visibilities).map_err(at)?;
+        let samplings = samplings(grid);
+        for sampling in &samplings {
+            sampling.pattern().map_err(|fault| at(fault.to_string()))?;
+        }
+        for (refiner, visibility, &sampling, &shading, &upsampler) in
+            iproduct!(&refiners, &visibilities, &samplings, &grid.shadings, &grid.upsamplers)
+        {
+            let config = PipelineConfig {
+                width: experiment.width(),
+                height: experiment.height(),
+                refiner: refiner.stage,
+                visibility: visibility.stage,
+                upsampler,
+                shading,
+                sampling,
+                seed: experiment.seed,
+            };
+            let said = [&refiner.parameters, &visibility.parameters];
+            let parameters: Vec<_> = said.into_iter().filter(|said| !said.is_empty()).cloned().collect();
+            let row = Row { config, parameters: parameters.join(";") };
+            if !seen.insert(row.slug()) {
+                return Err(at(format!("{} is there already", row.label())));
             }
+            rows.push(row);
         }
     }
     Ok(rows)
+}
+
+fn expand_all<T: Named>(tables: &[toml::Table]) -> Result<Vec<constants::Choice<T>>, String> {
+    let mut all = Vec::new();
+    for table in tables {
+        all.extend(constants::expand(table)?);
+    }
+    Ok(all)
 }
 
 fn samplings(grid: &super::experiment::Grid) -> Vec<LightSampling> {
@@ -124,6 +134,11 @@ pub(crate) fn word(value: impl Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|value| value.as_str().map(str::to_string)).unwrap_or_default()
 }
 
+/// The visibility backend's name, unless it is the default.
+fn backend(config: &PipelineConfig) -> Option<&'static str> {
+    (config.visibility != VisibilityConfig::default()).then(|| config.visibility.name())
+}
+
 impl Row {
     /// Plain Monte Carlo, as papers render their references.
     pub fn monte_carlo(width: u32, height: u32, count: u32, seed: u32) -> Self {
@@ -145,6 +160,7 @@ impl Row {
         let sampling = &self.config.sampling;
         let parts = [
             self.config.refiner.name().to_string(),
+            backend(&self.config).unwrap_or_default().to_string(),
             self.parameters.clone(),
             sampling.count.to_string(),
             word(sampling.kind),
@@ -169,6 +185,7 @@ impl Row {
             parts.push(self.config.upsampler.name().to_string());
         }
         parts.push(word(self.config.shading));
+        parts.extend(backend(&self.config).map(str::to_string));
         let usual = LightSampling::default();
         if (sampling.kind, sampling.sharing) != (usual.kind, usual.sharing) {
             parts.push(format!("{}/{}", word(sampling.kind), word(sampling.sharing)));

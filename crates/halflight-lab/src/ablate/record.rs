@@ -1,5 +1,6 @@
 //! One finished row: what `results.csv` holds of it, and what the report needs beside that.
 
+use halflight_cpu::config::Named;
 use std::path::Path;
 
 use halflight_core::fragment::LEVELS;

@@ -1,0 +1,30 @@
+//! Working memory that tasks borrow and that lasts from frame to frame.
+
+use std::fmt;
+use std::sync::{Mutex, PoisonError};
+
+/// Things that are not in use.
+pub(crate) struct Pool<T>(Mutex<Vec<Box<T>>>);
+
+impl<T> fmt::Debug for Pool<T> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("Pool").finish_non_exhaustive()
+    }
+}
+
+impl<T> Default for Pool<T> {
+    fn default() -> Self {
+        Self(Mutex::new(Vec::new()))
+    }
+}
+
+impl<T> Pool<T> {
+    /// Lends a task one that is not in use, or a new one. It holds what the task before left in it.
+    pub(crate) fn lend<R>(&self, new: impl FnOnce() -> T, task: impl FnOnce(&mut T) -> R) -> R {
+        let idle = self.0.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let mut lent = idle.unwrap_or_else(|| Box::new(new()));
+        let result = task(&mut lent);
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(lent);
+        result
+    }
+}
