@@ -80,11 +80,6 @@ impl Bundle {
         Vec3::new(self.ends[0][ray], self.ends[1][ray], self.ends[2][ray])
     }
 
-    #[inline(always)]
-    pub(super) fn origin(&self) -> Vec3 {
-        self.origin
-    }
-
     /// Reciprocals and bounds, once all rays are there. Unused lanes repeat the first ray.
     #[inline(always)]
     pub(crate) fn finish<S: Simd>(&mut self) {

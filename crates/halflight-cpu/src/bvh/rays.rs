@@ -13,12 +13,16 @@ use rayon::prelude::*;
 
 use super::Bvh;
 use super::bundle::{Bundle, RAYS};
+use super::shadow::ALONE;
 use super::stack::Stacks;
 use crate::samples::{LANES, positions};
 use crate::simd::{Isa, Kernel, Simd};
 
 /// Queries that one task answers: as many as a bundle has rays.
 const CHUNK: usize = RAYS;
+
+/// Receivers that trace their few rays one by one after one for which they were too many as a bundle.
+const CAUTIOUS: u32 = 15;
 
 /// How many diagonals of the mesh a light may be away for rays to start from it.
 const NEAR: f32 = 4.0;
@@ -165,11 +169,13 @@ pub(crate) struct Tracer {
     /// Which sample or which query of a run each ray belongs to.
     bits: [u8; 64],
     stacks: Stacks,
+    /// Receivers with few rays for which no bundle is tried.
+    cautious: u32,
 }
 
 impl Tracer {
     pub(crate) fn new() -> Self {
-        Self { bundle: Bundle::new(), bits: [0; 64], stacks: Stacks::new() }
+        Self { bundle: Bundle::new(), bits: [0; 64], stacks: Stacks::new(), cautious: 0 }
     }
 
     /// All rays of a receiver in one word of its mask.
@@ -179,7 +185,17 @@ impl Tracer {
         let mut visible = chunk.wanted[slot];
         if visible != 0 {
             chunk.gather::<S>(&mut self.bundle, &mut self.bits, query, word);
-            let mut occluded = chunk.bvh.occluded::<S>(&self.bundle, &mut self.stacks);
+            let few = visible.count_ones() <= ALONE;
+            let mut occluded = if few && self.cautious > 0 {
+                self.cautious -= 1;
+                chunk.bvh.occluded_singly::<S>(&self.bundle, &mut self.stacks)
+            } else {
+                let occluded = chunk.bvh.occluded::<S>(&self.bundle, &mut self.stacks);
+                if few && self.stacks.dense {
+                    self.cautious = CAUTIOUS;
+                }
+                occluded
+            };
             while occluded != 0 {
                 visible &= !(1 << self.bits[occluded.trailing_zeros() as usize]);
                 occluded &= occluded - 1;
@@ -243,10 +259,10 @@ impl Kernel for Single<'_> {
                 let slot = query * chunk.words + word;
                 chunk.gather::<S>(&mut bundle, &mut bits, query, word);
                 let mut visible = chunk.wanted[slot];
-                for (ray, &bit) in bits[..bundle.count()].iter().enumerate() {
-                    if chunk.bvh.occludes::<S>(0, bundle.origin(), bundle.end(ray), &mut stacks.single) {
-                        visible &= !(1 << bit);
-                    }
+                let mut occluded = chunk.bvh.occluded_singly::<S>(&bundle, &mut stacks);
+                while occluded != 0 {
+                    visible &= !(1 << bits[occluded.trailing_zeros() as usize]);
+                    occluded &= occluded - 1;
                 }
                 chunk.visible[slot] = visible;
             }

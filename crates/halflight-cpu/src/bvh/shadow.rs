@@ -17,8 +17,11 @@ use crate::simd::{Lanes, Simd};
 /// Rays for each node or block that a bundle visits as a whole before its rays have box tests of their own.
 const RAYS_A_VISIT: usize = 2;
 
+/// Nodes and blocks that a bundle visits as a whole at least.
+const VISITS: usize = 16;
+
 /// Rays so few that they are quicker by themselves: alone, each tests eight boxes at once.
-const ALONE: u32 = 4;
+pub(super) const ALONE: u32 = 4;
 
 /// The bits of the first `count` rays.
 #[inline(always)]
@@ -36,13 +39,15 @@ impl Bvh {
         let shaft = Shaft::new(bundle.origin, bundle.low, bundle.high);
         let all = first(bundle.count);
         let mut alive = all;
-        let mut budget = bundle.count / RAYS_A_VISIT;
+        let mut budget = (bundle.count / RAYS_A_VISIT).max(VISITS);
+        stacks.dense = false;
         stacks.whole[0] = 0;
         let mut waiting = 1;
         while waiting > 0 {
             waiting -= 1;
             let child = stacks.whole[waiting];
             if budget == 0 {
+                stacks.dense = true;
                 alive = self.split::<S>(child, bundle, &shaft, alive, stacks);
             } else {
                 budget -= 1;
@@ -70,6 +75,17 @@ impl Bvh {
             }
         }
         all & !alive
+    }
+
+    /// The same, one ray after another.
+    #[inline(always)]
+    pub(super) fn occluded_singly<S: Simd>(&self, bundle: &Bundle, stacks: &mut Stacks) -> u64 {
+        let mut occluded = 0;
+        for ray in 0..bundle.count {
+            let hit = self.occludes::<S>(0, bundle.origin, bundle.end(ray), &mut stacks.single);
+            occluded |= u64::from(hit) << ray;
+        }
+        occluded
     }
 
     /// The rays out of `alive` that everything under `root` leaves, when it is too dense for the bundle as a whole: every
