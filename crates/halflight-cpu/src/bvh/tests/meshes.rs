@@ -141,7 +141,7 @@ pub(crate) fn ask(origins: &[Vec3], pattern: Pattern, sparse: bool) -> MaskBatch
         let few = if group.is_multiple_of(2) {
             u64::MAX
         } else {
-            1 << (shared % 64) | 1 << (shared >> 8) % 64 | 0xf
+            1 << (shared % 64) | 1 << ((shared >> 8) % 64) | 0xf
         };
         let subset: Vec<u64> = (0..pattern.words() as u32)
             .map(|word| u64::from(hash::fold(bits, word)) << 32 | u64::from(hash::fold(bits, !word)))
