@@ -277,6 +277,6 @@ impl Kernel for Trace<'_, '_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) {
-        self.tracer.from_receiver::<S>(self.chunk, 0, self.word);
+        self.tracer.trace_receiver::<S>(self.chunk, 0, self.word);
     }
 }

@@ -152,10 +152,10 @@ impl Kernel for Together<'_> {
                 let (count, samples) = receivers
                     .fold((0, 0), |(n, all), query| (n + 1, all | chunk.wanted[query * chunk.words + word]));
                 if samples.count_ones() < count {
-                    tracer.from_points::<S>(&mut chunk, run.clone(), word, samples);
+                    tracer.trace_points::<S>(&mut chunk, run.clone(), word, samples);
                 } else {
                     for query in run.clone() {
-                        tracer.from_receiver::<S>(&mut chunk, query, word);
+                        tracer.trace_receiver::<S>(&mut chunk, query, word);
                     }
                 }
             }
@@ -180,7 +180,11 @@ impl Tracer {
 
     /// All rays of a receiver in one word of its mask.
     #[inline(always)]
+<<<<<<< HEAD
     pub(crate) fn from_receiver<S: Simd>(&mut self, chunk: &mut Chunk<'_>, query: usize, word: usize) {
+=======
+    fn trace_receiver<S: Simd>(&mut self, chunk: &mut Chunk<'_>, query: usize, word: usize) {
+>>>>>>> 4e2798d4a6bdf96ae8d141c45911680ff9441928
         let slot = query * chunk.words + word;
         let mut visible = chunk.wanted[slot];
         if visible != 0 {
@@ -207,7 +211,7 @@ impl Tracer {
     /// All rays of a run of receivers that share the positions of `samples`, sample by sample: a segment meets the same
     /// triangles whichever end it starts from.
     #[inline(always)]
-    fn from_points<S: Simd>(&mut self, chunk: &mut Chunk<'_>, run: Range<usize>, word: usize, samples: u64) {
+    fn trace_points<S: Simd>(&mut self, chunk: &mut Chunk<'_>, run: Range<usize>, word: usize, samples: u64) {
         let key = chunk.queries[run.start].key;
         for query in run.clone() {
             let slot = query * chunk.words + word;

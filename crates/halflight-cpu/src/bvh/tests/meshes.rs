@@ -138,7 +138,11 @@ pub(crate) fn ask(origins: &[Vec3], pattern: Pattern, sparse: bool) -> MaskBatch
     for (index, &origin) in origins.iter().enumerate() {
         let group = index as u32 / 16;
         let (bits, shared) = (hash::mix(index as u32), hash::mix(group ^ 0x5eed));
-        let few = if group % 2 == 0 { u64::MAX } else { 1 << (shared % 64) | 1 << (shared >> 8) % 64 | 0xf };
+        let few = if group.is_multiple_of(2) {
+            u64::MAX
+        } else {
+            1 << (shared % 64) | 1 << ((shared >> 8) % 64) | 0xf
+        };
         let subset: Vec<u64> = (0..pattern.words() as u32)
             .map(|word| u64::from(hash::fold(bits, word)) << 32 | u64::from(hash::fold(bits, !word)))
             .map(|half| half & few)
