@@ -180,11 +180,7 @@ impl Tracer {
 
     /// All rays of a receiver in one word of its mask.
     #[inline(always)]
-<<<<<<< HEAD
-    pub(crate) fn from_receiver<S: Simd>(&mut self, chunk: &mut Chunk<'_>, query: usize, word: usize) {
-=======
-    fn trace_receiver<S: Simd>(&mut self, chunk: &mut Chunk<'_>, query: usize, word: usize) {
->>>>>>> 4e2798d4a6bdf96ae8d141c45911680ff9441928
+    pub(crate) fn trace_receiver<S: Simd>(&mut self, chunk: &mut Chunk<'_>, query: usize, word: usize) {
         let slot = query * chunk.words + word;
         let mut visible = chunk.wanted[slot];
         if visible != 0 {
