@@ -12,7 +12,7 @@ use super::layout::Child;
 use super::slab::{Shaft, enters};
 use super::stack::{Stacks, push_near_last};
 use crate::occluder::{Block, Planes, Vector, exact};
-use crate::simd::{Lanes, Simd};
+use crate::simd::{Kernel, Lanes, Simd};
 
 /// Rays for each node or block that a bundle visits as a whole before its rays have box tests of their own.
 const RAYS_A_VISIT: usize = 2;
@@ -33,6 +33,11 @@ impl Bvh {
     /// Which rays of a finished bundle meet a triangle at 0 < t < 1.
     #[inline(always)]
     pub(super) fn occluded<S: Simd>(&self, bundle: &Bundle, stacks: &mut Stacks) -> u64 {
+        S::call(Occluded { bvh: self, bundle, stacks })
+    }
+
+    #[inline(always)]
+    fn whole<S: Simd>(&self, bundle: &Bundle, stacks: &mut Stacks) -> u64 {
         if self.nodes.is_empty() || bundle.count == 0 {
             return 0;
         }
@@ -200,5 +205,21 @@ impl Bvh {
             }
         }
         alive & !(rays & !left)
+    }
+}
+
+/// A bundle on its way through the hierarchy.
+struct Occluded<'a> {
+    bvh: &'a Bvh,
+    bundle: &'a Bundle,
+    stacks: &'a mut Stacks,
+}
+
+impl Kernel for Occluded<'_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> u64 {
+        self.bvh.whole::<S>(self.bundle, self.stacks)
     }
 }

@@ -7,7 +7,7 @@ use super::layout::Child;
 use super::slab::{enters, inverse};
 use super::stack::{STACK, push_near_last};
 use crate::occluder::{Facets, Vector, exact};
-use crate::simd::{Lanes, Simd};
+use crate::simd::{Kernel, Lanes, Simd};
 
 impl Bvh {
     /// Whether the open segment from `origin` to `end` meets a triangle under the child `root`.
@@ -19,6 +19,25 @@ impl Bvh {
         end: Vec3,
         stack: &mut [u32; STACK],
     ) -> bool {
+        S::call(Segment { bvh: self, root, origin, end, stack })
+    }
+}
+
+/// A ray on its way through what is under a child.
+struct Segment<'a> {
+    bvh: &'a Bvh,
+    root: u32,
+    origin: Vec3,
+    end: Vec3,
+    stack: &'a mut [u32; STACK],
+}
+
+impl Kernel for Segment<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> bool {
+        let Self { bvh, root, origin, end, stack } = self;
         let d = end - origin;
         let (from, along) = (Vector::<S::Eight>::splat(origin), Vector::<S::Eight>::splat(d));
         let reciprocal = Vector { x: inverse(along.x), y: inverse(along.y), z: inverse(along.z) };
@@ -28,13 +47,13 @@ impl Bvh {
             waiting -= 1;
             match Child::decode(stack[waiting]) {
                 Child::Node(index) => {
-                    let node = &self.nodes[index as usize];
+                    let node = &bvh.nodes[index as usize];
                     let (low, high) = node.bounds();
                     let (mask, enter) = enters(low, high, from, reciprocal, S::Eight::splat(1.0));
                     waiting = push_near_last(node, mask & node.occupied(), enter, stack, waiting);
                 }
                 Child::Block(index) => {
-                    let block = &self.blocks[index as usize];
+                    let block = &bvh.blocks[index as usize];
                     let (may, surely) = Facets::new(block, from, along.abs()).shadow(along);
                     let mut may = may & block.occupied();
                     if surely != 0 {

@@ -1,5 +1,7 @@
 //! The framebuffer: which triangles may concern a receiver, by where both are projected to (Wang17 §3.1, STEPs 2 to 4).
 
+use std::ops::Range;
+
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::light::AreaLight;
@@ -15,6 +17,30 @@ pub(super) struct Entries {
     pub(super) low: [Vec<f32>; 2],
     pub(super) high: [Vec<f32>; 2],
     pub(super) triangles: Vec<u32>,
+}
+
+impl Entries {
+    pub(super) fn clear(&mut self) {
+        self.low.iter_mut().chain(&mut self.high).for_each(Vec::clear);
+        self.triangles.clear();
+    }
+
+    #[inline(always)]
+    pub(super) fn push(&mut self, from: &Self, slot: usize) {
+        for axis in 0..2 {
+            self.low[axis].push(from.low[axis][slot]);
+            self.high[axis].push(from.high[axis][slot]);
+        }
+        self.triangles.push(from.triangles[slot]);
+    }
+}
+
+/// A cell of a level, and the first cell of a range on that level.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    level: usize,
+    cell: [u16; 2],
+    first: [u16; 2],
 }
 
 /// Triangles by cell for one side of a light. A triangle lies in all cells that its rectangle covers, of the finest of
@@ -194,17 +220,25 @@ impl Cells {
         Some((rectangle, [x0, y0, x1, y1]))
     }
 
-    /// The entries of some cells, given on the finest level, cell by cell and coarsest level first.
-    pub(super) fn lists(&self, [x0, y0, x1, y1]: [u16; 4]) -> impl Iterator<Item = std::ops::Range<usize>> {
+    /// The entries of some cells, given on the finest level, cell by cell and coarsest level first, each with its cell
+    /// and the first cell of the range on its level.
+    pub(super) fn lists(&self, [x0, y0, x1, y1]: [u16; 4]) -> impl Iterator<Item = (Range<usize>, Place)> {
         (0..self.levels.len()).rev().flat_map(move |level| {
             let (first, width) = (self.levels[level], self.side.div_ceil(1 << level) as usize);
             (y0 >> level..=y1 >> level).flat_map(move |y| {
                 (x0 >> level..=x1 >> level).map(move |x| {
                     let cell = first + usize::from(y) * width + usize::from(x);
-                    self.starts[cell] as usize..self.starts[cell + 1] as usize
+                    let list = self.starts[cell] as usize..self.starts[cell + 1] as usize;
+                    (list, Place { level, cell: [x, y], first: [x0 >> level, y0 >> level] })
                 })
             })
         })
+    }
+
+    /// Whether a cell is the first of its range in which the triangle of an entry lies.
+    pub(super) fn is_first(&self, slot: usize, place: Place) -> bool {
+        let start = self.cell([self.entries.low[0][slot], self.entries.low[1][slot]]);
+        (0..2).all(|axis| place.cell[axis] == place.first[axis].max(start[axis] >> place.level))
     }
 
     /// Triangle entries, cells together.

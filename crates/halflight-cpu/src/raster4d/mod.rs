@@ -11,6 +11,8 @@ mod project;
 #[cfg(test)]
 mod tests;
 
+use std::ops::Range;
+
 use halflight_core::frame::Frame;
 use halflight_core::light::AreaLight;
 use halflight_core::mask::{MaskBatch, Query};
@@ -24,11 +26,15 @@ use serde::{Deserialize, Serialize};
 use crate::occluder::{Block, Points, Rows, Samples, Triangle};
 use crate::pool::Pool;
 use crate::simd::{Isa, Kernel, Lanes, Simd};
-use cells::Cells;
+use cells::{Cells, Entries};
 use project::Rectangle;
 
 /// Queries that one task answers.
 const CHUNK: usize = 64;
+
+/// Cells a side that a triangle covers at most before it goes to a coarser framebuffer: fewer make lists longer than
+/// what they are for, more make more entries.
+const SPAN: u16 = 4;
 
 /// Constants of 4D rasterization. The switches are there to measure what each of the paper's optimisations gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -71,8 +77,8 @@ pub struct Raster4d {
     /// For each light its front, then its back where it has one.
     sides: Vec<[Option<Cells>; 2]>,
     stats: VisibilityStats,
-    rows: Pool<Rows>,
-    points: Pool<Points>,
+    rows: Pool<Worker<Rows>>,
+    points: Pool<Worker<Points>>,
 }
 
 impl Raster4d {
@@ -128,7 +134,7 @@ impl Visibility for Raster4d {
             .with_min_len(1024)
             .map(|index| Triangle::new(mesh, index))
             .collect_into_vec(&mut self.triangles);
-        let span = self.config.coarser.then_some(2);
+        let span = self.config.coarser.then_some(SPAN);
         self.sides.resize_with(lights.len(), || [None, None]);
         for (light, sides) in lights.iter().zip(&mut self.sides) {
             for (side, back) in sides.iter_mut().zip([false, true]) {
@@ -187,10 +193,16 @@ impl Visibility for Raster4d {
     }
 }
 
-fn answer<M: Samples>(pool: &Pool<M>, isa: Isa, pattern: Pattern, chunk: Chunk<'_>) -> VisibilityStats {
-    pool.lend(M::new, |samples| {
-        samples.set(pattern, chunk.light);
-        isa.run(Answer { chunk, samples })
+fn answer<M: Samples>(
+    pool: &Pool<Worker<M>>,
+    isa: Isa,
+    pattern: Pattern,
+    chunk: Chunk<'_>,
+) -> VisibilityStats {
+    let new = || Worker { samples: M::new(), shared: Entries::default() };
+    pool.lend(new, |worker| {
+        worker.samples.set(pattern, chunk.light);
+        isa.run(Answer { chunk, worker })
     })
 }
 
@@ -208,7 +220,14 @@ struct Chunk<'a> {
 
 struct Answer<'a, 'b, M> {
     chunk: Chunk<'a>,
-    samples: &'b mut M,
+    worker: &'b mut Worker<M>,
+}
+
+/// Working memory for one chunk after another.
+struct Worker<M> {
+    samples: M,
+    /// What the cells of all receivers of a chunk hold, without what covers none of them.
+    shared: Entries,
 }
 
 /// Triangles on their way to a receiver, eight at a time.
@@ -234,93 +253,181 @@ impl Waiting {
     }
 }
 
+/// A receiver and where it is projected to.
+#[derive(Clone, Copy)]
+struct Placed {
+    query: u8,
+    rectangle: Rectangle,
+    range: [u16; 4],
+}
+
 impl<M: Samples> Kernel for Answer<'_, '_, M> {
     type Output = VisibilityStats;
 
     #[inline(always)]
     fn run<S: Simd>(self) -> VisibilityStats {
-        let Self { chunk, samples } = self;
-        let mut counts = VisibilityStats::default();
+        let Self { mut chunk, worker } = self;
+        let mut stats = VisibilityStats::default();
         let mut waiting = Waiting { block: Block::EMPTY, count: 0 };
         let normal = chunk.light.edge_u.cross(chunk.light.edge_v);
-        for (index, query) in chunk.queries.iter().enumerate() {
-            let slots = index * chunk.words..(index + 1) * chunk.words;
-            let (wanted, visible) = (&chunk.wanted[slots.clone()], &mut chunk.visible[slots]);
-            if wanted.iter().all(|&word| word == 0) {
-                visible.fill(0);
-                continue;
+        let mut placed = [Placed { query: 0, rectangle: Rectangle::EMPTY, range: [0; 4] }; CHUNK];
+        for (back, cells) in chunk.sides.iter().enumerate() {
+            let mut count = 0;
+            for index in 0..chunk.queries.len() {
+                let query = chunk.queries[index];
+                if usize::from(normal.dot(query.origin - chunk.light.corner) < 0.0) != back {
+                    continue;
+                }
+                let slots = index * chunk.words..(index + 1) * chunk.words;
+                if chunk.wanted[slots.clone()].iter().all(|&word| word == 0) {
+                    chunk.visible[slots].fill(0);
+                    continue;
+                }
+                let place =
+                    cells.as_ref().and_then(|cells| cells.receiver(query.origin, !chunk.config.one_cell));
+                if let Some((rectangle, range)) = place {
+                    placed[count] = Placed { query: index as u8, rectangle, range };
+                    count += 1;
+                } else {
+                    stats.unprojected += 1;
+                    worker.samples.aim(&query, &chunk.wanted[slots.clone()]);
+                    waiting.count = 0;
+                    let triangles = chunk.triangles.iter();
+                    let mut open = true;
+                    for triangle in triangles {
+                        open = waiting.push::<S>(triangle, &mut worker.samples);
+                        if !open {
+                            break;
+                        }
+                    }
+                    if open && waiting.count > 0 {
+                        waiting.flush::<S>(&mut worker.samples);
+                    }
+                    worker.samples.write(&mut chunk.visible[slots]);
+                }
             }
-            samples.aim(query, wanted);
-            waiting.count = 0;
-            let back = normal.dot(query.origin - chunk.light.corner) < 0.0;
-            let cells = chunk.sides[usize::from(back)].as_ref();
-            let place =
-                cells.and_then(|cells| Some((cells, cells.receiver(query.origin, !chunk.config.one_cell)?)));
-            let open = if let Some((cells, (rectangle, range))) = place {
-                let search = Search { cells, rectangle, range, rejection: chunk.config.rejection };
-                search.run::<S>(chunk.triangles, &mut waiting, samples, &mut counts)
-            } else {
-                counts.unprojected += 1;
-                chunk.triangles.iter().all(|triangle| waiting.push::<S>(triangle, samples))
-            };
-            if open && waiting.count > 0 {
-                waiting.flush::<S>(samples);
+            if let (Some(cells), true) = (cells, count > 0) {
+                chunk.pair::<S, M>(cells, &placed[..count], worker, &mut waiting, &mut stats);
             }
-            samples.write(visible);
         }
-        counts
+        stats
     }
 }
 
-/// The lists of one receiver.
-struct Search<'a> {
-    cells: &'a Cells,
-    rectangle: Rectangle,
-    range: [u16; 4],
-    rejection: bool,
+impl Chunk<'_> {
+    /// Pairs receivers on one side of the light with triangles.
+    #[inline(always)]
+    fn pair<S: Simd, M: Samples>(
+        &mut self,
+        cells: &Cells,
+        placed: &[Placed],
+        worker: &mut Worker<M>,
+        waiting: &mut Waiting,
+        stats: &mut VisibilityStats,
+    ) {
+        let Worker { samples, shared } = worker;
+        // Neighbours look into the same few cells. What is in none of their rectangles' way is left out once for all.
+        let together = self.config.one_cell && self.config.rejection;
+        if together {
+            let mut all = placed[0];
+            for one in placed {
+                all.range[0] = all.range[0].min(one.range[0]);
+                all.range[1] = all.range[1].min(one.range[1]);
+                all.range[2] = all.range[2].max(one.range[2]);
+                all.range[3] = all.range[3].max(one.range[3]);
+                for axis in 0..2 {
+                    all.rectangle.low[axis] = all.rectangle.low[axis].max(one.rectangle.low[axis]);
+                    all.rectangle.high[axis] = all.rectangle.high[axis].min(one.rectangle.high[axis]);
+                }
+            }
+            shared.clear();
+            for (list, first) in cells.lists(all.range) {
+                stats.pairs += list.len() as u64;
+                S::call(Cover {
+                    entries: &cells.entries,
+                    list,
+                    rectangle: all.rectangle,
+                    task: |slot| {
+                        if cells.is_first(slot, first) {
+                            shared.push(&cells.entries, slot);
+                        }
+                        true
+                    },
+                });
+            }
+        }
+        for one in placed {
+            let query = usize::from(one.query);
+            let slots = query * self.words..(query + 1) * self.words;
+            samples.aim(&self.queries[query], &self.wanted[slots.clone()]);
+            waiting.count = 0;
+            let mut open = true;
+            let mut task = |entries: &Entries, slot: usize| {
+                stats.kept += 1;
+                open = waiting.push::<S>(&self.triangles[entries.triangles[slot] as usize], samples);
+                open
+            };
+            if together {
+                stats.pairs += shared.triangles.len() as u64;
+                let list = 0..shared.triangles.len();
+                let (entries, rectangle) = (&*shared, one.rectangle);
+                S::call(Cover { entries, list, rectangle, task: |slot| task(entries, slot) });
+            } else {
+                let rectangle = if self.config.rejection { one.rectangle } else { Rectangle::EMPTY };
+                for (list, _) in cells.lists(one.range) {
+                    stats.pairs += list.len() as u64;
+                    let entries = &cells.entries;
+                    if !S::call(Cover { entries, list, rectangle, task: |slot| task(entries, slot) }) {
+                        break;
+                    }
+                }
+            }
+            if open && waiting.count > 0 {
+                waiting.flush::<S>(samples);
+            }
+            samples.write(&mut self.visible[slots]);
+        }
+    }
 }
 
-impl Search<'_> {
-    /// False once nothing is left to see.
+/// Does something with every entry of a list whose rectangle covers another, until it returns false.
+struct Cover<'a, F> {
+    entries: &'a Entries,
+    list: Range<usize>,
+    rectangle: Rectangle,
+    task: F,
+}
+
+impl<F: FnMut(usize) -> bool> Kernel for Cover<'_, F> {
+    type Output = bool;
+
     #[inline(always)]
-    fn run<S: Simd>(
-        &self,
-        triangles: &[Triangle],
-        waiting: &mut Waiting,
-        samples: &mut impl Samples,
-        counts: &mut VisibilityStats,
-    ) -> bool {
-        let entries = &self.cells.entries;
+    fn run<S: Simd>(mut self) -> bool {
         let Rectangle { low, high } = self.rectangle;
-        let width = S::Wide::WIDTH;
-        for list in self.cells.lists(self.range) {
-            counts.pairs += list.len() as u64;
-            for at in list.clone().step_by(width) {
-                let count = (list.end - at).min(width);
-                let mut kept = if count < 32 { (1u32 << count) - 1 } else { u32::MAX };
-                if self.rejection {
-                    kept &= if count == width {
-                        let load = |from: &[f32]| S::Wide::load(&from[at..]);
-                        load(&entries.low[0]).le(S::Wide::splat(low[0]))
-                            & load(&entries.low[1]).le(S::Wide::splat(low[1]))
-                            & S::Wide::splat(high[0]).le(load(&entries.high[0]))
-                            & S::Wide::splat(high[1]).le(load(&entries.high[1]))
-                    } else {
-                        let covers = |slot: usize, axis: usize| {
-                            entries.low[axis][slot] <= low[axis] && high[axis] <= entries.high[axis][slot]
-                        };
-                        (0..count).fold(0, |bits, slot| {
-                            bits | u32::from(covers(at + slot, 0) && covers(at + slot, 1)) << slot
-                        })
-                    };
-                }
-                counts.kept += u64::from(kept.count_ones());
-                while kept != 0 {
-                    let slot = at + kept.trailing_zeros() as usize;
-                    kept &= kept - 1;
-                    if !waiting.push::<S>(&triangles[entries.triangles[slot] as usize], samples) {
-                        return false;
+        let (entries, width) = (self.entries, S::Wide::WIDTH);
+        for at in self.list.clone().step_by(width) {
+            let count = (self.list.end - at).min(width);
+            let mut kept = (1u32 << count) - 1;
+            if count == width {
+                kept &= S::Wide::load(&entries.low[0][at..]).le(S::Wide::splat(low[0]));
+                kept &= S::Wide::load(&entries.low[1][at..]).le(S::Wide::splat(low[1]));
+                kept &= S::Wide::splat(high[0]).le(S::Wide::load(&entries.high[0][at..]));
+                kept &= S::Wide::splat(high[1]).le(S::Wide::load(&entries.high[1][at..]));
+            } else {
+                for slot in 0..count {
+                    let mut covers = true;
+                    for axis in 0..2 {
+                        covers &= entries.low[axis][at + slot] <= low[axis];
+                        covers &= high[axis] <= entries.high[axis][at + slot];
                     }
+                    kept &= !(u32::from(!covers) << slot);
+                }
+            }
+            while kept != 0 {
+                let slot = at + kept.trailing_zeros() as usize;
+                kept &= kept - 1;
+                if !(self.task)(slot) {
+                    return false;
                 }
             }
         }

@@ -22,7 +22,8 @@ pub(super) struct Rectangle {
 }
 
 impl Rectangle {
-    const EMPTY: Self = Self { low: [f32::INFINITY; 2], high: [f32::NEG_INFINITY; 2] };
+    /// What every other covers.
+    pub(super) const EMPTY: Self = Self { low: [f32::INFINITY; 2], high: [f32::NEG_INFINITY; 2] };
 }
 
 /// One side of a light and the plane on that side.
