@@ -52,8 +52,7 @@ impl Hull {
             light: *light,
             slack,
         };
-        for axis in 0..3 {
-            let (i, j) = OTHERS[axis];
+        for (axis, (i, j)) in OTHERS.into_iter().enumerate() {
             for (upper_i, upper_j) in [(false, false), (false, true), (true, false), (true, true)] {
                 let pick = |low: Vec3, high: Vec3| {
                     (if upper_i { high[i] } else { low[i] }, if upper_j { high[j] } else { low[j] })

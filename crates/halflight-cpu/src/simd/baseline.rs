@@ -100,9 +100,9 @@ impl Lanes for Array {
     }
     #[inline(always)]
     fn run_of_bits(first: Self, end: Self, to: &mut [u32; 16]) {
-        for lane in 0..8 {
-            let from = |count: f32| u32::MAX.checked_shl(count as u32).unwrap_or(0);
-            to[lane] = from(first.0[lane]) & !from(end.0[lane]);
+        let from = |count: f32| u32::MAX.checked_shl(count as u32).unwrap_or(0);
+        for ((to, first), end) in to.iter_mut().zip(first.0).zip(end.0) {
+            *to = from(first) & !from(end);
         }
     }
     #[inline(always)]

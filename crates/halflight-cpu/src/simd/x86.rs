@@ -86,7 +86,7 @@ impl Lanes for Lanes8 {
             let (first, end) = (_mm256_cvttps_epi32(first.0), _mm256_cvttps_epi32(end.0));
             let all = _mm256_set1_epi32(-1);
             let bits = _mm256_andnot_si256(_mm256_sllv_epi32(all, end), _mm256_sllv_epi32(all, first));
-            _mm256_storeu_si256(to.as_mut_ptr().cast(), bits)
+            _mm256_storeu_si256(to.as_mut_ptr().cast(), bits);
         };
         lt(self: Self, other: Self) -> u32 = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0)) as u32;
         le(self: Self, other: Self) -> u32 = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0)) as u32;
@@ -120,7 +120,7 @@ impl Lanes for Lanes16 {
             let (first, end) = (_mm512_cvttps_epi32(first.0), _mm512_cvttps_epi32(end.0));
             let all = _mm512_set1_epi32(-1);
             let bits = _mm512_andnot_si512(_mm512_sllv_epi32(all, end), _mm512_sllv_epi32(all, first));
-            _mm512_storeu_si512(to.as_mut_ptr().cast(), bits)
+            _mm512_storeu_si512(to.as_mut_ptr().cast(), bits);
         };
         lt(self: Self, other: Self) -> u32 = u32::from(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0));
         le(self: Self, other: Self) -> u32 = u32::from(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0));
