@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod backends;
 mod corners;
 #[allow(dead_code, unreachable_pub)]
 #[path = "../../crates/halflight/examples/custom_stages.rs"]

@@ -1,0 +1,59 @@
+//! Every visibility backend works with every refiner; the exact ones give the same image, bit for bit.
+
+use halflight::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
+use halflight::frame::{LightSampling, Sharing};
+use halflight::pattern::PatternKind;
+use halflight_tests::Stage;
+
+fn config(refiner: &str, visibility: &str, kind: PatternKind, count: u32) -> PipelineConfig {
+    PipelineConfig {
+        width: 100,
+        height: 75,
+        refiner: RefinerConfig::named(refiner).unwrap(),
+        visibility: VisibilityConfig::named(visibility).unwrap(),
+        sampling: LightSampling { count, kind, sharing: Sharing::Fragment },
+        ..PipelineConfig::default()
+    }
+}
+
+#[test]
+fn exact_backends_give_the_same_image() {
+    for name in ["atrium", "nave", "hairball", "tree"] {
+        let stage = Stage::bundled(name).unwrap();
+        for &refiner in RefinerConfig::NAMES {
+            for (kind, count) in [(PatternKind::ShiftedRows, 64), (PatternKind::Grid, 256)] {
+                let image = |backend| stage.render(&config(refiner, backend, kind, count)).unwrap();
+                let rays = image("bvh");
+                assert!(rays.stats.rays.total > 10_000, "{name} {refiner}");
+                for backend in ["beam", "raster4d"] {
+                    let other = image(backend);
+                    assert_eq!(other.stats.rays, rays.stats.rays, "{name} {refiner} {backend}");
+                    assert!(other.irradiance == rays.irradiance, "{name} {refiner} {backend} {kind:?}");
+                }
+            }
+            let image = |backend| stage.render(&config(refiner, backend, PatternKind::Jittered, 64)).unwrap();
+            assert!(image("beam").irradiance == image("bvh").irradiance, "{name} {refiner} jittered");
+        }
+    }
+}
+
+#[test]
+fn voxels_are_near_the_truth_and_not_the_truth() {
+    let stage = Stage::bundled("atrium").unwrap();
+    for &refiner in RefinerConfig::NAMES {
+        let image = |backend| stage.render(&config(refiner, backend, PatternKind::Jittered, 64)).unwrap();
+        let (truth, voxels) = (image("bvh"), image("voxel"));
+        let sum = |values: &mut dyn Iterator<Item = f32>| f64::from(values.sum::<f32>());
+        let all = sum(&mut truth.irradiance.iter().map(|e| e.x));
+        let off = sum(&mut truth.irradiance.iter().zip(&voxels.irradiance).map(|(a, b)| (a.x - b.x).abs()));
+        // Coarse voxels darken creases and let light through thin things: a tenth of the light, not half.
+        assert!(off > 0.0 && off < 0.3 * all, "{refiner}: {off} of {all}");
+    }
+}
+
+#[test]
+fn jitter_is_refused_by_4d_rasterization() {
+    let stage = Stage::bundled("contact").unwrap();
+    let fault = stage.render(&config("full", "raster4d", PatternKind::Jittered, 64)).unwrap_err();
+    assert!(fault.to_string().contains("shifted-rows"), "{fault}");
+}
