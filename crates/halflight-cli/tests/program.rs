@@ -74,7 +74,10 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
     let stats = json(&place.path("s.json"));
     let mut names = keys(&stats);
     names.sort_unstable();
-    assert_eq!(names, ["build_ms", "config", "fragments", "peak_bytes", "rays", "stages_ms", "total_ms"]);
+    assert_eq!(
+        names,
+        ["build_ms", "config", "fragments", "peak_bytes", "rays", "stages_ms", "total_ms", "visibility"]
+    );
     assert_eq!(
         (&stats["config"]["width"], &stats["config"]["refiner"]["name"]),
         (&48.into(), &"sfvt-gass".into())

@@ -58,6 +58,8 @@ pub(super) struct Cells {
     /// Triangles that are not behind the light, whatever their rectangle.
     pub(super) all: Vec<u32>,
     rectangles: Vec<Option<(Rectangle, u8, [u16; 4])>>,
+    /// Receivers by which the framebuffer is laid out.
+    places: [Vec<f32>; 2],
 }
 
 /// A framebuffer covers all receivers but the outermost of these in each direction, which go to its border.
@@ -78,6 +80,7 @@ impl Cells {
             entries: Entries::default(),
             all: Vec::new(),
             rectangles: Vec::new(),
+            places: Default::default(),
         }
     }
 
@@ -166,7 +169,8 @@ impl Cells {
 
     /// Bounds of the framebuffer, from the receivers' projections through the light's corner.
     fn frame(&mut self, gbuffer: &GBuffer) {
-        let mut places: [Vec<f32>; 2] = [Vec::new(), Vec::new()];
+        let mut places = std::mem::take(&mut self.places);
+        places.iter_mut().for_each(Vec::clear);
         for pixel in (0..gbuffer.pixels()).step_by(STRIDE) {
             let receiver = gbuffer.receiver(pixel);
             if let Some((_, place)) = receiver.and_then(|receiver| self.projection.receiver(receiver.origin))
@@ -188,6 +192,7 @@ impl Cells {
             self.low[axis] = low;
             self.scale[axis] = if size > 0.0 { self.side as f32 / size } else { 0.0 };
         }
+        self.places = places;
     }
 
     fn lay_out_levels(&mut self, several: bool) {
