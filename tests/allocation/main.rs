@@ -40,6 +40,21 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
+/// Renders until buffers have their sizes, then a frame that must not ask for any; returns the peak of bytes held.
+fn render_warm(stage: &Stage, config: &PipelineConfig, what: &str) -> u64 {
+    let mut pipeline = config.builder(stage.scene.clone(), stage.bvh.clone()).build().unwrap();
+    for _ in 0..3 {
+        pipeline.set_frame_index(0);
+        pipeline.render().unwrap();
+    }
+    pipeline.set_frame_index(0);
+    let before = LARGE_BYTES.load(Ordering::Relaxed);
+    let peak_bytes = pipeline.render().unwrap().stats.peak_bytes;
+    let asked = LARGE_BYTES.load(Ordering::Relaxed) - before;
+    assert_eq!(asked, 0, "{what}: a warm frame asked for {asked} bytes");
+    peak_bytes
+}
+
 #[test]
 fn a_warm_frame_allocates_no_buffer_and_holds_only_what_it_uses() {
     let stage = Stage::new(blocker_over_floor()).unwrap();
@@ -53,19 +68,9 @@ fn a_warm_frame_allocates_no_buffer_and_holds_only_what_it_uses() {
             let refiner = RefinerConfig::named(name).unwrap();
             let config =
                 PipelineConfig { width: 320, height: 240, refiner, upsampler, ..PipelineConfig::default() };
-            let mut pipeline = config.builder(stage.scene.clone(), stage.bvh.clone()).build().unwrap();
-            for _ in 0..3 {
-                pipeline.set_frame_index(0);
-                pipeline.render().unwrap();
-            }
-            pipeline.set_frame_index(0);
-            let before = LARGE_BYTES.load(Ordering::Relaxed);
-            let image = pipeline.render().unwrap();
-            let stats = image.stats.clone();
-            let asked = LARGE_BYTES.load(Ordering::Relaxed) - before;
-            assert_eq!(asked, 0, "{name} {upsampler:?}: a warm frame asked for {asked} bytes");
+            let peak_bytes = render_warm(&stage, &config, &format!("{name} {upsampler:?}"));
             if upsampler == UpsamplerConfig::RbfRobust {
-                held.push((name, stats.peak_bytes));
+                held.push((name, peak_bytes));
             }
         }
     }
@@ -74,16 +79,7 @@ fn a_warm_frame_allocates_no_buffer_and_holds_only_what_it_uses() {
         let visibility = VisibilityConfig::named(name).unwrap();
         let config =
             PipelineConfig { width: 320, height: 240, visibility, sampling, ..PipelineConfig::default() };
-        let mut pipeline = config.builder(stage.scene.clone(), stage.bvh.clone()).build().unwrap();
-        for _ in 0..3 {
-            pipeline.set_frame_index(0);
-            pipeline.render().unwrap();
-        }
-        pipeline.set_frame_index(0);
-        let before = LARGE_BYTES.load(Ordering::Relaxed);
-        pipeline.render().unwrap();
-        let asked = LARGE_BYTES.load(Ordering::Relaxed) - before;
-        assert_eq!(asked, 0, "{name}: a warm frame asked for {asked} bytes");
+        render_warm(&stage, &config, name);
     }
     // The counter does count.
     let before = LARGE_BYTES.load(Ordering::Relaxed);

@@ -1,5 +1,6 @@
 //! What comes back with every frame besides the image.
 
+use std::iter::Sum;
 use std::ops::AddAssign;
 
 use serde::{Deserialize, Serialize};
@@ -108,6 +109,14 @@ impl AddAssign for VisibilityStats {
         self.pairs += pairs;
         self.kept += kept;
         self.unprojected += unprojected;
+    }
+}
+
+impl Sum for VisibilityStats {
+    fn sum<I: Iterator<Item = Self>>(parts: I) -> Self {
+        let mut all = Self::default();
+        parts.for_each(|part| all += part);
+        all
     }
 }
 

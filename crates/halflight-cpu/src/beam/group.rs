@@ -71,8 +71,8 @@ impl<M: Samples> Kernel for Group<'_, '_, M> {
                 count += 1;
             }
         }
-        // Quarters of quarters: parts that wait, the next one last.
-        let mut parts = [(0, count); 8];
+        // Parts that wait, the next one last: the whole, or its quarters.
+        let mut parts = [(0, count); 4];
         let mut waiting = usize::from(count > 0);
         while waiting > 0 {
             waiting -= 1;
@@ -148,17 +148,14 @@ impl<M: Samples> Group<'_, '_, M> {
             let slots = query * words..(query + 1) * words;
             let (wanted, visible) = (&answers.wanted[slots.clone()], &mut answers.visible[slots]);
             if let Some(lit) = proved {
-                visible.copy_from_slice(wanted);
-                if !lit {
-                    visible.fill(0);
-                }
-                let (receivers, rays) = if lit {
-                    (&mut self.stats.lit, &mut self.stats.spared)
+                if lit {
+                    visible.copy_from_slice(wanted);
+                    self.stats.lit += 1;
                 } else {
-                    (&mut self.stats.umbra, &mut self.stats.spared)
-                };
-                *receivers += 1;
-                *rays += wanted.iter().map(|word| u64::from(word.count_ones())).sum::<u64>();
+                    visible.fill(0);
+                    self.stats.umbra += 1;
+                }
+                self.stats.spared += wanted.iter().map(|word| u64::from(word.count_ones())).sum::<u64>();
                 continue;
             }
             samples.aim(&answers.queries[query], wanted);

@@ -132,23 +132,15 @@ impl Visibility for Beam {
             wanted,
             visible,
         };
-        let none = VisibilityStats::default;
-        let sum = |mut all: VisibilityStats, some: VisibilityStats| {
-            all += some;
-            all
-        };
-        let stats: VisibilityStats = if Rows::fit(pattern) {
+        self.stats += if Rows::fit(pattern) {
             let pool = &self.rows;
-            groups
-                .map(|group| pool.lend(Groups::new, |groups| groups.answer(isa, answers(group))))
-                .reduce(none, sum)
+            let answer = |group| pool.lend(Groups::new, |groups| groups.answer(isa, answers(group)));
+            groups.map(answer).sum::<VisibilityStats>()
         } else {
             let pool = &self.points;
-            groups
-                .map(|group| pool.lend(Groups::new, |groups| groups.answer(isa, answers(group))))
-                .reduce(none, sum)
+            let answer = |group| pool.lend(Groups::new, |groups| groups.answer(isa, answers(group)));
+            groups.map(answer).sum::<VisibilityStats>()
         };
-        self.stats += stats;
         if sorted {
             for (&at, visible) in self.order.iter().zip(self.visible.chunks(words)) {
                 let at = at as u32 as usize;

@@ -151,12 +151,17 @@ impl Visibility for Raster4d {
     fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
         let (pattern, words) = (batch.pattern(), batch.words());
         let number = batch.light();
-        let (light, sides) = (*frame.light(number), &self.sides[number as usize]);
+        let light = *frame.light(number);
         if words == 0 || !Rows::fit(pattern) {
             return;
         }
         let (config, isa, triangles) = (self.config, self.isa, &self.triangles[..]);
         let parts = batch.parts();
+        // Without preparation there are no triangles.
+        let Some(sides) = self.sides.get(number as usize) else {
+            parts.visible.copy_from_slice(parts.wanted);
+            return;
+        };
         let wanted = parts.wanted.par_chunks(CHUNK * words);
         let visible = parts.visible.par_chunks_mut(CHUNK * words);
         let chunks = parts.queries.par_chunks(CHUNK).zip(wanted).zip(visible);
@@ -170,17 +175,11 @@ impl Visibility for Raster4d {
             wanted,
             visible,
         };
-        let none = VisibilityStats::default;
-        let sum = |mut all: VisibilityStats, some: VisibilityStats| {
-            all += some;
-            all
-        };
-        let stats: VisibilityStats = if config.rows {
-            chunks.map(|part| answer(&self.rows, isa, pattern, chunk(part))).reduce(none, sum)
+        self.stats += if config.rows {
+            chunks.map(|part| answer(&self.rows, isa, pattern, chunk(part))).sum::<VisibilityStats>()
         } else {
-            chunks.map(|part| answer(&self.points, isa, pattern, chunk(part))).reduce(none, sum)
+            chunks.map(|part| answer(&self.points, isa, pattern, chunk(part))).sum::<VisibilityStats>()
         };
-        self.stats += stats;
     }
 
     fn stats(&self) -> VisibilityStats {
