@@ -113,7 +113,8 @@ fn receivers_in_the_planes_of_triangles() {
         .map(|index| Vec3::new((index % 32) as f32 / 16.0 - 1.0, 0.0, (index / 32) as f32 / 8.0 - 1.0))
         .collect();
     let stats = compare(&scene(&corners, lamp(Vec3::Y, 0.5)), &origins);
-    assert!(stats.lit > 0 && stats.listed > 0, "{stats:?}");
+    // The floor touches every shaft, so no certificate holds here.
+    assert!(stats.listed > 0, "{stats:?}");
 }
 
 /// The receivers of each cluster, asked with 64 samples each.
