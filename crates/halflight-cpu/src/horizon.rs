@@ -1,12 +1,14 @@
 //! Takes samples below the receiver's or the light's horizon out of a batch before it is traced.
 
+use glam::Vec3;
 use halflight_core::light::AreaLight;
 use halflight_core::mask::{MaskBatch, Query};
 use halflight_core::pattern::Pattern;
 use rayon::prelude::*;
 
-use crate::dispatch::multiversion;
-use crate::samples::{LANES, facing, geometry_terms, positions};
+use crate::occluder::Vector;
+use crate::samples::{LANES, facing, geometry_terms, points};
+use crate::simd::{Isa, Kernel, Lanes, Simd};
 
 /// Rays of a batch after culling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,29 +23,44 @@ pub struct Culled {
 pub fn cull(light: &AreaLight, batch: &mut MaskBatch) -> Culled {
     let pattern = batch.pattern();
     let words = batch.words();
+    let isa = Isa::best();
     let (queries, wanted, _) = batch.slots_mut();
     queries
         .par_chunks(256)
         .zip(wanted.par_chunks_mut(256 * words))
-        .map(|(queries, wanted)| cull_chunk(light, pattern, queries, wanted, words))
+        .map(|(queries, wanted)| isa.run(Cull { light, pattern, queries, wanted, words }))
         .reduce(Culled::default, |a, b| Culled {
             traced: a.traced + b.traced,
             skipped: a.skipped + b.skipped,
         })
 }
 
-multiversion! {
-    fn cull_chunk(light: &AreaLight, pattern: Pattern, queries: &[Query], wanted: &mut [u64], words: usize) -> Culled {
+/// Culls some of a batch's queries.
+struct Cull<'a> {
+    light: &'a AreaLight,
+    pattern: Pattern,
+    queries: &'a [Query],
+    wanted: &'a mut [u64],
+    words: usize,
+}
+
+impl Kernel for Cull<'_> {
+    type Output = Culled;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Culled {
+        let Self { light, pattern, queries, wanted, words } = self;
         let mut culled = Culled::default();
         let corners = light.corners();
         let light_normal = light.normal();
         for (query, wanted) in queries.iter().zip(wanted.chunks_mut(words)) {
             let asked: u32 = wanted.iter().map(|word| word.count_ones()).sum();
-            let above = corners.iter().filter(|&&corner| query.normal.dot(corner - query.origin) > 0.0).count();
+            let above =
+                corners.iter().filter(|&&corner| query.normal.dot(corner - query.origin) > 0.0).count();
             match facing(light, light_normal, query.origin) {
                 // Between the corners all of the light is above the horizon if they are, and below if they are.
                 Some(_) if above == corners.len() => {}
-                Some(facing) if above > 0 => clear_below(light, pattern, query, facing, wanted),
+                Some(facing) if above > 0 => clear_below::<S::Wide>(light, pattern, query, facing, wanted),
                 _ => wanted.fill(0),
             }
             let traced: u32 = wanted.iter().map(|word| word.count_ones()).sum();
@@ -55,19 +72,25 @@ multiversion! {
 }
 
 #[inline(always)]
-fn clear_below(light: &AreaLight, pattern: Pattern, query: &Query, facing: glam::Vec3, wanted: &mut [u64]) {
+fn clear_below<L: Lanes>(
+    light: &AreaLight,
+    pattern: Pattern,
+    query: &Query,
+    facing: Vec3,
+    wanted: &mut [u64],
+) {
+    let (zero, origin) = (L::splat(0.0), Vector::splat(query.origin));
     for (word, wanted) in wanted.iter_mut().enumerate() {
-        for block in 0..64 / LANES {
-            if (*wanted >> (block * LANES)) as u16 == 0 {
+        for shift in (0..64).step_by(LANES) {
+            if (*wanted >> shift) as u16 == 0 {
                 continue;
             }
-            let positions = positions(light, pattern, query.key, word * 64 + block * LANES);
-            let terms = geometry_terms(&positions, query.origin, query.normal, facing);
             let mut lit = 0u64;
-            for (lane, &term) in terms.iter().enumerate() {
-                lit |= u64::from(term > 0.0) << lane;
+            for at in (0..LANES).step_by(L::WIDTH) {
+                let d = points::<L>(light, pattern, query.key, word * 64 + shift + at).sub(origin);
+                lit |= u64::from(zero.lt(geometry_terms(d, query.normal, facing))) << at;
             }
-            *wanted &= !(0xffff << (block * LANES)) | lit << (block * LANES);
+            *wanted &= !(0xffff << shift) | lit << shift;
         }
     }
 }

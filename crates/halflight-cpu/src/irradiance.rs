@@ -1,5 +1,6 @@
 //! Values of the samples from their masks: irradiance by sampling, or the visible fraction.
 
+use glam::Vec3;
 use halflight_core::fragment::{Fragments, Sample};
 use halflight_core::frame::Frame;
 use halflight_core::light::AreaLight;
@@ -7,8 +8,9 @@ use halflight_core::mask::MaskBatch;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::dispatch::multiversion;
-use crate::samples::{LANES, facing, geometry_terms, positions};
+use crate::occluder::Vector;
+use crate::samples::{LANES, facing, geometry_terms, points};
+use crate::simd::{Isa, Kernel, Lanes, Simd};
 
 /// What is computed at the samples and interpolated between them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -52,46 +54,78 @@ impl Sums {
     }
 }
 
-multiversion! {
-    /// Sums over queries `first .. first + count` of a batch that has been answered.
-    pub fn query_sums(light: &AreaLight, batch: &MaskBatch, first: usize, count: usize) -> Sums {
-        let normal = light.normal();
-        let mut sums = Sums::default();
-        for index in first..first + count {
-            sums = sums.plus(one_query(light, normal, batch, index));
+/// Sums over queries `first .. first + count` of a batch that has been answered.
+pub fn query_sums(light: &AreaLight, batch: &MaskBatch, first: usize, count: usize) -> Sums {
+    sums(light, batch, first, count, Needed::Both)
+}
+
+/// What of the sums is used.
+#[derive(Clone, Copy, PartialEq)]
+enum Needed {
+    Both,
+    /// The visible samples'.
+    Visible,
+}
+
+fn sums(light: &AreaLight, batch: &MaskBatch, first: usize, count: usize, needed: Needed) -> Sums {
+    let isa = Isa::best();
+    let normal = light.normal();
+    let mut sums = Sums::default();
+    for query in first..first + count {
+        sums = sums.plus(isa.run(QuerySums { light, normal, batch, query, needed }));
+    }
+    sums
+}
+
+/// Sums over the light samples of one query.
+struct QuerySums<'a> {
+    light: &'a AreaLight,
+    normal: Vec3,
+    batch: &'a MaskBatch,
+    query: usize,
+    needed: Needed,
+}
+
+impl Kernel for QuerySums<'_> {
+    type Output = Sums;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Sums {
+        let Self { light, normal, batch, query: index, needed } = self;
+        let query = &batch.queries()[index];
+        let mut sums = Sums { count: query.asked, ..Sums::default() };
+        let Some(facing) = facing(light, normal, query.origin) else { return sums };
+        let (pattern, wanted, seen) = (batch.pattern(), batch.wanted(index), batch.visible(index));
+        // Lane sums are kept apart to the end, so that every instruction set adds in the same order.
+        let zero = S::Wide::splat(0.0);
+        let (mut visible, mut all) = ([zero; 2], [zero; 2]);
+        let origin = Vector::splat(query.origin);
+        for block in 0..wanted.len() * 64 / LANES {
+            let (word, shift) = (block * LANES / 64, block * LANES % 64);
+            let wanted = (wanted[word] >> shift) as u32 & 0xffff;
+            let seen = (seen[word] >> shift) as u32 & wanted;
+            if wanted == 0 || seen == 0 && needed == Needed::Visible {
+                continue;
+            }
+            for (part, at) in (0..LANES).step_by(S::Wide::WIDTH).enumerate() {
+                let d = points::<S::Wide>(light, pattern, query.key, block * LANES + at).sub(origin);
+                let terms = geometry_terms::<S::Wide>(d, query.normal, facing);
+                let bits = S::Wide::ALL;
+                all[part] = all[part].add(zero.select(wanted >> at & bits, terms));
+                visible[part] = visible[part].add(zero.select(seen >> at & bits, terms));
+            }
+        }
+        let (mut lit, mut both) = ([0.0; LANES], [0.0; LANES]);
+        for (part, at) in (0..LANES).step_by(S::Wide::WIDTH).enumerate() {
+            visible[part].store(&mut lit[at..]);
+            all[part].store(&mut both[at..]);
+        }
+        for lane in 0..LANES {
+            sums.visible += lit[lane];
+            sums.all += both[lane];
         }
         sums
     }
-}
-
-#[inline(always)]
-fn one_query(light: &AreaLight, light_normal: glam::Vec3, batch: &MaskBatch, index: usize) -> Sums {
-    let query = &batch.queries()[index];
-    let mut sums = Sums { count: query.asked, ..Sums::default() };
-    let Some(facing) = facing(light, light_normal, query.origin) else { return sums };
-    let pattern = batch.pattern();
-    // Lane sums are kept apart to the end, so that every instruction set adds in the same order.
-    let (mut visible, mut all) = ([0.0f32; LANES], [0.0f32; LANES]);
-    for (word, (&wanted, &seen)) in batch.wanted(index).iter().zip(batch.visible(index)).enumerate() {
-        for block in 0..64 / LANES {
-            let wanted = (wanted >> (block * LANES)) as u16;
-            if wanted == 0 {
-                continue;
-            }
-            let seen = (seen >> (block * LANES)) as u16 & wanted;
-            let positions = positions(light, pattern, query.key, word * 64 + block * LANES);
-            let terms = geometry_terms(&positions, query.origin, query.normal, facing);
-            for lane in 0..LANES {
-                all[lane] += if wanted >> lane & 1 != 0 { terms[lane] } else { 0.0 };
-                visible[lane] += if seen >> lane & 1 != 0 { terms[lane] } else { 0.0 };
-            }
-        }
-    }
-    for lane in 0..LANES {
-        sums.visible += visible[lane];
-        sums.all += all[lane];
-    }
-    sums
 }
 
 /// Computes the value of every sample.
@@ -107,10 +141,10 @@ pub fn evaluate(frame: &Frame, fragments: &Fragments, shading: Shading, values: 
             };
         }
         let batch = fragments.batch(sample.batch);
-        let sums = query_sums(light, batch, sample.first as usize, usize::from(sample.probes));
+        let sums = |needed| sums(light, batch, sample.first as usize, usize::from(sample.probes), needed);
         match shading {
-            Shading::Sampled => Some(sums.sampled(area)),
-            Shading::Ratio => sums.fraction(),
+            Shading::Sampled => Some(sums(Needed::Visible).sampled(area)),
+            Shading::Ratio => sums(Needed::Both).fraction(),
         }
     };
     fragments.samples().par_iter().with_min_len(256).map(value).collect_into_vec(values);

@@ -15,6 +15,7 @@ pub mod pyramid;
 pub mod raster4d;
 pub mod refine;
 mod samples;
+mod shaft;
 pub mod simd;
 pub mod unshadowed;
 pub mod upsample;

@@ -1,84 +1,68 @@
-//! Positions of light samples, a block at a time, in a form the compiler turns into vector code.
+//! Positions of light samples, a block at a time, as vectors.
 
 use glam::Vec3;
-use halflight_core::hash;
 use halflight_core::light::AreaLight;
 use halflight_core::pattern::{Pattern, PatternKind};
+
+use crate::occluder::Vector;
+use crate::simd::Lanes;
 
 /// Light samples that are evaluated together.
 pub(crate) const LANES: usize = 16;
 
-/// Positions of samples `first .. first + LANES` as one array an axis: bit for bit those of [`Pattern::position`] and
-/// [`AreaLight::point`]. Samples past the end of the pattern are finite and mean nothing.
+/// 0, 1, 2 …
+const COUNT: [f32; LANES] =
+    [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
+
+/// Positions of samples `first .. first + LANES` as one array an axis.
 #[inline(always)]
-pub(crate) fn positions(light: &AreaLight, pattern: Pattern, key: u32, first: usize) -> [[f32; LANES]; 3] {
-    let (columns, rows) = (u32::from(pattern.columns), u32::from(pattern.rows));
-    let (scale_u, scale_v) = (1.0 / columns as f32, 1.0 / rows as f32);
-    let mut u = [0.0f32; LANES];
-    let mut v = [0.0f32; LANES];
-    let mut column = [0u32; LANES];
-    let mut row = [0u32; LANES];
-    // Powers of two are the common case and need no division.
-    if columns.is_power_of_two() {
-        let shift = columns.trailing_zeros();
-        for lane in 0..LANES {
-            let index = (first + lane) as u32;
-            (column[lane], row[lane]) = (index & (columns - 1), index >> shift);
-        }
-    } else {
-        for lane in 0..LANES {
-            let index = (first + lane) as u32;
-            (column[lane], row[lane]) = (index % columns, index / columns);
-        }
-    }
-    match pattern.kind {
-        PatternKind::Grid => {
-            for lane in 0..LANES {
-                (u[lane], v[lane]) =
-                    ((column[lane] as f32 + 0.5) * scale_u, (row[lane] as f32 + 0.5) * scale_v);
-            }
-        }
-        PatternKind::ShiftedRows | PatternKind::Jittered => {
-            let by_row = pattern.kind == PatternKind::ShiftedRows;
-            for lane in 0..LANES {
-                let index = if by_row { row[lane] } else { (first + lane) as u32 };
-                let (du, dv) = hash::unit_pair(hash::sample_bits(key, index));
-                (u[lane], v[lane]) =
-                    ((column[lane] as f32 + du) * scale_u, (row[lane] as f32 + dv) * scale_v);
-            }
-        }
-    }
-    let mut out = [[0.0f32; LANES]; 3];
-    for (axis, out) in out.iter_mut().enumerate() {
-        let (corner, edge_u, edge_v) = (light.corner[axis], light.edge_u[axis], light.edge_v[axis]);
-        for lane in 0..LANES {
-            out[lane] = corner + edge_u * u[lane] + edge_v * v[lane];
-        }
+pub(crate) fn positions<L: Lanes>(
+    light: &AreaLight,
+    pattern: Pattern,
+    key: u32,
+    first: usize,
+) -> [[f32; LANES]; 3] {
+    let mut out = [[0.0; LANES]; 3];
+    for at in (0..LANES).step_by(L::WIDTH) {
+        points::<L>(light, pattern, key, first + at).store(&mut out, at);
     }
     out
 }
 
-/// Geometry terms `cosθx cosθy / r²` of a block of samples, 0 below either horizon; `facing` is the light's normal with
-/// its side resolved towards the receiver.
+/// Positions of samples `first .. first + L::WIDTH`: bit for bit those of [`Pattern::position`] and
+/// [`AreaLight::point`]. Samples past the end of the pattern are finite and mean nothing.
 #[inline(always)]
-pub(crate) fn geometry_terms(
-    positions: &[[f32; LANES]; 3],
-    origin: Vec3,
-    normal: Vec3,
-    facing: Vec3,
-) -> [f32; LANES] {
-    let mut out = [0.0; LANES];
-    for lane in 0..LANES {
-        let (x, y, z) =
-            (positions[0][lane] - origin.x, positions[1][lane] - origin.y, positions[2][lane] - origin.z);
-        let receiver = normal.x * x + normal.y * y + normal.z * z;
-        let emitter = -(facing.x * x + facing.y * y + facing.z * z);
-        let squared = x * x + y * y + z * z;
-        let term = receiver.max(0.0) * emitter.max(0.0) / (squared * squared);
-        // 0/0 where the receiver lies on the sample itself.
-        out[lane] = if squared > 0.0 { term } else { 0.0 };
-    }
-    out
+pub(crate) fn points<L: Lanes>(light: &AreaLight, pattern: Pattern, key: u32, first: usize) -> Vector<L> {
+    let (columns, rows) = (f32::from(pattern.columns), f32::from(pattern.rows));
+    let (scale_u, scale_v) = (L::splat(1.0 / columns), L::splat(1.0 / rows));
+    let half = L::splat(0.5);
+    let index = L::load(&COUNT).add(L::splat(first as f32));
+    // Half a sample keeps the quotient away from whole numbers by more than rounding moves it.
+    let row = index.add(half).mul(scale_u).truncate();
+    let column = index.sub(row.mul(L::splat(columns)));
+    let (du, dv) = match pattern.kind {
+        PatternKind::Grid => (half, half),
+        PatternKind::ShiftedRows => L::jitter(key, row),
+        PatternKind::Jittered => L::jitter(key, index),
+    };
+    let u = column.add(du).mul(scale_u);
+    let v = row.add(dv).mul(scale_v);
+    let along = Vector::splat(light.edge_u).mul(Vector { x: u, y: u, z: u });
+    let across = Vector::splat(light.edge_v).mul(Vector { x: v, y: v, z: v });
+    Vector::splat(light.corner).add(along).add(across)
+}
+
+/// Geometry terms `cosθx cosθy / r²` of samples at `d` from the receiver, 0 below either horizon; `facing` is the light's
+/// normal with its side resolved towards the receiver.
+#[inline(always)]
+pub(crate) fn geometry_terms<L: Lanes>(d: Vector<L>, normal: Vec3, facing: Vec3) -> L {
+    let zero = L::splat(0.0);
+    let receiver = d.dot(Vector::splat(normal)).max(zero);
+    let emitter = d.dot(Vector::splat(-facing)).max(zero);
+    let squared = d.dot(d);
+    let terms = receiver.mul(emitter).div(squared.mul(squared));
+    // 0/0 where the receiver lies on the sample itself.
+    zero.select(zero.lt(squared), terms)
 }
 
 /// The light's unit normal on the side of `origin`, or `None` when it sends nothing there.
@@ -93,6 +77,22 @@ pub(crate) fn facing(light: &AreaLight, normal: Vec3, origin: Vec3) -> Option<Ve
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::{Isa, Kernel, Simd};
+
+    /// Positions of sixteen samples by both widths of an instruction set.
+    struct Both(AreaLight, Pattern, usize);
+
+    impl Kernel for Both {
+        type Output = [[[f32; LANES]; 3]; 2];
+        #[inline(always)]
+        fn run<S: Simd>(self) -> Self::Output {
+            let Self(light, pattern, first) = self;
+            [
+                positions::<S::Eight>(&light, pattern, 77, first),
+                positions::<S::Wide>(&light, pattern, 77, first),
+            ]
+        }
+    }
 
     #[test]
     fn blocks_are_the_positions_of_single_samples() {
@@ -103,15 +103,22 @@ mod tests {
             radiance: Vec3::ONE,
             two_sided: false,
         };
+        let shapes = [(8, 8), (4, 4), (5, 3), (64, 64), (63, 61), (4093, 1), (1, 4096), (1365, 3)];
         for kind in [PatternKind::Grid, PatternKind::ShiftedRows, PatternKind::Jittered] {
-            for (columns, rows) in [(8, 8), (4, 4), (5, 3), (64, 64)] {
+            for (columns, rows) in shapes {
                 let pattern = Pattern { kind, columns, rows };
                 for first in (0..pattern.len()).step_by(LANES) {
-                    let block = positions(&light, pattern, 77, first);
-                    for sample in first..(first + LANES).min(pattern.len()) {
-                        let expected = light.point(pattern.position(sample, 77));
-                        let found = Vec3::from_array(block.map(|axis| axis[sample - first]));
-                        assert_eq!(found, expected, "{kind:?} {columns}x{rows} sample {sample}");
+                    for isa in Isa::available() {
+                        for block in isa.run(Both(light, pattern, first)) {
+                            for sample in first..(first + LANES).min(pattern.len()) {
+                                let expected = light.point(pattern.position(sample, 77));
+                                let found = Vec3::from_array(block.map(|axis| axis[sample - first]));
+                                assert_eq!(
+                                    found, expected,
+                                    "{isa:?} {kind:?} {columns}x{rows} sample {sample}"
+                                );
+                            }
+                        }
                     }
                 }
             }

@@ -40,6 +40,9 @@ pub(crate) trait Lanes: Copy {
     /// A word a lane with bits `first .. end` set, both whole, not negative and taken as 32 when larger, into the first
     /// `WIDTH` words of `to`.
     fn run_of_bits(first: Self, end: Self, to: &mut [u32; 16]);
+    /// Random places of samples in their strata, by their whole indices: `unit_pair(sample_bits(key, index))` of
+    /// [`halflight_core::hash`].
+    fn jitter(key: u32, index: Self) -> (Self, Self);
     fn lt(self, other: Self) -> u32;
     fn le(self, other: Self) -> u32;
 }
@@ -139,7 +142,7 @@ mod tests {
     fn results<L: Lanes>(turn: usize) -> Vec<[u32; 16]> {
         let mut turned = NUMBERS;
         turned.rotate_left(turn);
-        let mut out = vec![[0; 16]; 14];
+        let mut out = vec![[0; 16]; 16];
         for at in (0..16).step_by(L::WIDTH) {
             let (a, b) = (L::load(&NUMBERS[at..]), L::load(&turned[at..]));
             let mask = 0b1001_0110_0101_1010 >> at & L::ALL;
@@ -167,6 +170,14 @@ mod tests {
             let mut bits = [0; 16];
             L::run_of_bits(count(a), count(b), &mut bits);
             out[11][at..at + L::WIDTH].copy_from_slice(&bits[..L::WIDTH]);
+            let (du, dv) = L::jitter(turn as u32, count(a));
+            for (slots, vector) in out[14..].iter_mut().zip([du, dv]) {
+                let mut numbers = [0.0; 16];
+                vector.store(&mut numbers);
+                for lane in 0..L::WIDTH {
+                    slots[at + lane] = numbers[lane].to_bits();
+                }
+            }
             for (slots, bits) in out[12..].iter_mut().zip([a.lt(b), a.le(b)]) {
                 assert_eq!(bits & !L::ALL, 0);
                 for lane in 0..L::WIDTH {

@@ -1,30 +1,45 @@
 //! A group of neighbouring receivers.
 
 use glam::Vec3;
+use halflight_core::pattern::Pattern;
 use halflight_core::stats::VisibilityStats;
 
-use super::GROUP;
-use super::shaft::{Candidates, Hull};
-use crate::bvh::{Child, Chunk, STACK, Shaft, Tracer, push_near_last};
+use crate::bvh::{Bvh, Child, Chunk, STACK, Shaft, Tracer, push_near_last};
 use crate::occluder::Samples;
+use crate::shaft::{FEWEST, GROUP, Hull, List, Share, bounds, quarter};
 use crate::simd::{Isa, Kernel, Simd};
 
 /// Queries of one group and room for their answers.
 pub(super) type Answers<'a> = Chunk<'a>;
 
-/// Triangles on a list that receivers share. Eight cost a receiver about as much as one step of its own walk.
-const LIST: usize = 64;
+/// How much is looked at before another way is taken.
+#[derive(Clone, Copy)]
+struct Limits {
+    /// Triangles on a list that all receivers of a group share. Eight cost a receiver about as much as one step of its
+    /// own walk.
+    short: usize,
+    /// Triangles on a list that is shared out to quarters of a group.
+    whole: usize,
+    /// Triangles on the list of a quarter.
+    long: usize,
+    /// Blocks of triangles that a receiver looks at before it is left to rays.
+    blocks: usize,
+}
 
-/// Receivers that share a list at least.
-const FEWEST: usize = 8;
-
-/// Blocks of triangles that a receiver looks at before it is left to rays.
-const BLOCKS: usize = 16;
+impl Limits {
+    /// Rays cost as much as there are samples, rows of masks as much as its square root.
+    fn new(pattern: Pattern) -> Self {
+        let side = pattern.len().isqrt();
+        Self { short: 64, whole: 512, long: 8 * side, blocks: 2 * side }
+    }
+}
 
 /// Working memory for one group after another.
 pub(super) struct Groups<M> {
     samples: M,
-    candidates: Candidates,
+    list: List,
+    part: List,
+    waiting: Vec<u32>,
     tracer: Tracer,
     stack: [u32; STACK],
     rest: Vec<u64>,
@@ -34,7 +49,9 @@ impl<M: Samples> Groups<M> {
     pub(super) fn new() -> Self {
         Self {
             samples: M::new(),
-            candidates: Candidates::new(),
+            list: List::default(),
+            part: List::default(),
+            waiting: Vec::new(),
             tracer: Tracer::new(),
             stack: [0; STACK],
             rest: Vec::new(),
@@ -44,13 +61,15 @@ impl<M: Samples> Groups<M> {
     /// Answers all queries of a group.
     pub(super) fn answer(&mut self, isa: Isa, answers: Answers<'_>) -> VisibilityStats {
         self.samples.set(answers.pattern, answers.light);
-        isa.run(Group { groups: self, answers, stats: VisibilityStats::default() })
+        let limits = Limits::new(answers.pattern);
+        isa.run(Group { groups: self, answers, limits, stats: VisibilityStats::default() })
     }
 }
 
 struct Group<'a, 'b, M> {
     groups: &'b mut Groups<M>,
     answers: Answers<'a>,
+    limits: Limits,
     stats: VisibilityStats,
 }
 
@@ -71,118 +90,80 @@ impl<M: Samples> Kernel for Group<'_, '_, M> {
                 count += 1;
             }
         }
-        // Parts that wait, the next one last: the whole, or its quarters.
-        let mut parts = [(0, count); 4];
-        let mut waiting = usize::from(count > 0);
-        while waiting > 0 {
-            waiting -= 1;
-            let (first, last) = parts[waiting];
-            let part = &mut members[first..last];
-            if self.by_list::<S>(part) {
-                continue;
-            }
-            let size = last - first;
-            if size == count && size >= 4 * FEWEST {
-                let (a, b) = (size / 4, size / 2);
-                split(part, self.answers.queries.iter().map(|query| query.origin), b);
-                parts[waiting] = (first, first + a);
-                parts[waiting + 1] = (first + a, first + b);
-                parts[waiting + 2] = (first + b, first + b + a);
-                parts[waiting + 3] = (first + b + a, last);
-                waiting += 4;
+        let members = &mut members[..count];
+        if members.len() < FEWEST {
+            self.one_by_one::<S>(members);
+            return self.stats;
+        }
+        let hull = self.hull(members);
+        let Groups { list, waiting, .. } = &mut *self.groups;
+        let bvh = self.answers.bvh;
+        let known = S::call(Gather { list, waiting, bvh, hull: &hull, most: self.limits.whole });
+        if known && list.len() <= self.limits.short {
+            self.share::<S>(&hull, members, false);
+            return self.stats;
+        }
+        if members.len() < 4 * FEWEST {
+            if known && list.len() <= self.limits.long {
+                self.share::<S>(&hull, members, false);
             } else {
-                self.one_by_one::<S>(first, last, &members);
+                self.one_by_one::<S>(members);
+            }
+            return self.stats;
+        }
+        let mut first = 0;
+        for last in quarter(self.answers.queries, members) {
+            let members = &members[first..last];
+            first = last;
+            let hull = self.hull(members);
+            let Groups { list, part, waiting, .. } = &mut *self.groups;
+            let listed = if known {
+                part.keep::<S>(list, &hull);
+                part.len() <= self.limits.long
+            } else {
+                S::call(Gather { list: part, waiting, bvh, hull: &hull, most: self.limits.long })
+            };
+            if listed {
+                self.share::<S>(&hull, members, true);
+            } else {
+                self.one_by_one::<S>(members);
             }
         }
         self.stats
     }
 }
 
-/// Orders members along the longest side of the box around them, the nearer half of it first.
-fn split(members: &mut [u8], origins: impl Iterator<Item = Vec3> + Clone, middle: usize) {
-    let mut places = [Vec3::ZERO; GROUP];
-    for (place, origin) in places.iter_mut().zip(origins) {
-        *place = origin;
-    }
-    for part in 0..3 {
-        // The whole first, then each half.
-        let half = match part {
-            0 => &mut members[..],
-            1 => &mut members[..middle],
-            _ => &mut members[middle..],
-        };
-        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for &member in half.iter() {
-            (low, high) = (low.min(places[usize::from(member)]), high.max(places[usize::from(member)]));
-        }
-        let axis = (high - low).max_position();
-        half.sort_unstable_by(|&a, &b| {
-            let key = |member: u8| places[usize::from(member)][axis];
-            key(a).total_cmp(&key(b)).then(a.cmp(&b))
-        });
-    }
-}
-
 impl<M: Samples> Group<'_, '_, M> {
-    /// Answers from a list that all members share; false where it would be too long or they are too few.
+    /// The shaft from members to the light.
+    fn hull(&self, members: &[u8]) -> Hull {
+        let (low, high) = bounds(self.answers.queries, members);
+        Hull::new(low, high, self.answers.light, self.answers.bvh.largest())
+    }
+
+    /// Answers members from the list of the group or of a part of it.
     #[inline(always)]
-    fn by_list<S: Simd>(&mut self, members: &[u8]) -> bool {
-        if members.len() < FEWEST {
-            return false;
-        }
-        let answers = &mut self.answers;
-        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for &member in members {
-            let origin = answers.queries[usize::from(member)].origin;
-            (low, high) = (low.min(origin), high.max(origin));
-        }
-        let hull = Hull::new(low, high, answers.light, answers.bvh.largest());
-        if !self.groups.candidates.gather::<S>(answers.bvh, &hull, LIST) {
-            return false;
-        }
-        let (words, samples) = (answers.words, &mut self.groups.samples);
-        let blocks = self.groups.candidates.blocks();
-        let mut proved = if blocks.is_empty() { Some(true) } else { None };
-        for (number, &member) in members.iter().enumerate() {
-            let query = usize::from(member);
-            let slots = query * words..(query + 1) * words;
-            let (wanted, visible) = (&answers.wanted[slots.clone()], &mut answers.visible[slots]);
-            if let Some(lit) = proved {
-                if lit {
-                    visible.copy_from_slice(wanted);
-                    self.stats.lit += 1;
-                } else {
-                    visible.fill(0);
-                    self.stats.umbra += 1;
-                }
-                self.stats.spared += wanted.iter().map(|word| u64::from(word.count_ones())).sum::<u64>();
-                continue;
-            }
-            samples.aim(&answers.queries[query], wanted);
-            for block in blocks {
-                if let Some(lane) = samples.occlude::<S>(block) {
-                    // Seldom worth a try where the first member is not in full shadow.
-                    if number == 0 && hull.is_covered::<S>(block, lane) {
-                        proved = Some(false);
-                    }
-                    break;
-                }
-                if !samples.any() {
-                    break;
-                }
-            }
-            samples.write(visible);
-            self.stats.listed += 1;
-        }
-        true
+    fn share<S: Simd>(&mut self, hull: &Hull, members: &[u8], part: bool) {
+        let Groups { samples, list: whole, part: some, .. } = &mut *self.groups;
+        let Chunk { queries, wanted, visible, words, .. } = &mut self.answers;
+        S::call(Share {
+            samples,
+            list: if part { some } else { whole },
+            hull,
+            queries,
+            wanted,
+            visible,
+            words: *words,
+            members,
+            stats: &mut self.stats,
+        });
     }
 
     /// Answers each member by a walk of its own.
     #[inline(always)]
-    fn one_by_one<S: Simd>(&mut self, first: usize, last: usize, members: &[u8; GROUP]) {
+    fn one_by_one<S: Simd>(&mut self, members: &[u8]) {
         // Where two in a row met too much, so would the rest.
         let mut dense = 0;
-        for &member in &members[first..last] {
+        for &member in members {
             let query = usize::from(member);
             if dense < 2 && self.walk::<S>(query) {
                 self.stats.walked += 1;
@@ -208,12 +189,12 @@ impl<M: Samples> Group<'_, '_, M> {
         let Groups { samples, stack, .. } = &mut *self.groups;
         let (words, origin) = (answers.words, answers.queries[query].origin);
         let slots = query * words..(query + 1) * words;
-        samples.aim(&answers.queries[query], &answers.wanted[slots.clone()]);
+        samples.aim::<S>(&answers.queries[query], &answers.wanted[slots.clone()]);
         let corners = answers.light.corners().map(|corner| corner - origin);
         let low = corners.into_iter().fold(corners[0], Vec3::min);
         let high = corners.into_iter().fold(corners[0], Vec3::max);
         let shaft = Shaft::new(origin, low, high);
-        let mut budget = BLOCKS;
+        let mut budget = self.limits.blocks;
         stack[0] = 0;
         let mut waiting = usize::from(!answers.bvh.nodes.is_empty());
         while waiting > 0 {
@@ -275,5 +256,56 @@ impl Kernel for Trace<'_, '_> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         self.tracer.trace_receiver::<S>(self.chunk, 0, self.word);
+    }
+}
+
+/// Gathers all triangles that may hide something in a hull; false if there are more than `most`.
+struct Gather<'a> {
+    list: &'a mut List,
+    waiting: &'a mut Vec<u32>,
+    bvh: &'a Bvh,
+    hull: &'a Hull,
+    most: usize,
+}
+
+impl Kernel for Gather<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> bool {
+        let Self { list, waiting, bvh, hull, most } = self;
+        list.clear();
+        waiting.clear();
+        if !bvh.nodes.is_empty() {
+            waiting.push(0);
+        }
+        // Boxes are many where triangles are: a walk much longer than the list it is for is given up as well.
+        let mut visits = 4 * most;
+        while let Some(child) = waiting.pop() {
+            match Child::decode(child) {
+                Child::Node(index) => {
+                    visits -= 1;
+                    if visits == 0 {
+                        return false;
+                    }
+                    let node = &bvh.nodes[index as usize];
+                    let (low, high) = node.bounds::<S::Eight>();
+                    let mut reached = hull.reaches(low, high) & node.occupied();
+                    while reached != 0 {
+                        waiting.push(node.child(reached.trailing_zeros() as usize));
+                        reached &= reached - 1;
+                    }
+                }
+                Child::Block(index) => {
+                    let block = &bvh.blocks[index as usize];
+                    let met = hull.meets::<S::Eight>(block);
+                    if list.len() + met.count_ones() as usize > most {
+                        return false;
+                    }
+                    list.push_lanes(block, met);
+                }
+            }
+        }
+        true
     }
 }

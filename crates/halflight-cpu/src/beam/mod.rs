@@ -8,7 +8,6 @@
 //! An empty shaft is a proof that all is lit, and a triangle across all of it that nothing is.
 
 mod group;
-mod shaft;
 #[cfg(test)]
 mod tests;
 
@@ -23,11 +22,9 @@ use rayon::prelude::*;
 use crate::bvh::Bvh;
 use crate::occluder::{Points, Rows};
 use crate::pool::Pool;
+use crate::shaft::GROUP;
 use crate::simd::Isa;
 use group::{Answers, Groups};
-
-/// Queries of a group.
-const GROUP: usize = 64;
 
 /// Exact visibility by beams and shafts.
 #[derive(Debug)]

@@ -120,7 +120,7 @@ impl Chunk<'_> {
             if left == 0 {
                 continue;
             }
-            let places = positions(self.light, self.pattern, key, word * 64 + group * LANES);
+            let places = positions::<S::Wide>(self.light, self.pattern, key, word * 64 + group * LANES);
             while left != 0 {
                 let lane = left.trailing_zeros() as usize;
                 left &= left - 1;
@@ -218,7 +218,7 @@ impl Tracer {
             if left == 0 {
                 continue;
             }
-            let places = positions(chunk.light, chunk.pattern, key, word * 64 + group * LANES);
+            let places = positions::<S::Wide>(chunk.light, chunk.pattern, key, word * 64 + group * LANES);
             while left != 0 {
                 let lane = left.trailing_zeros() as usize;
                 left &= left - 1;

@@ -2,7 +2,7 @@
 //!
 //! The answer is exact (`exact`). Nearly always a filter in single precision knows it (`facet`), which comes with bounds
 //! on its errors: for rays, for the samples of a mask one by one (`points`) or by rows (`rows`), for the light as a whole
-//! (`over`).
+//! (`over`). Where on the light a triangle's samples can lie is bounded beforehand (`window`).
 
 mod block;
 pub(crate) mod exact;
@@ -11,6 +11,7 @@ mod over;
 mod points;
 mod rows;
 mod vector;
+mod window;
 
 use glam::Vec3;
 use halflight_core::light::AreaLight;
@@ -35,7 +36,7 @@ pub(crate) trait Samples: Send {
     fn set(&mut self, pattern: Pattern, light: &AreaLight);
 
     /// Starts anew with a receiver and the samples that it asks for.
-    fn aim(&mut self, query: &Query, wanted: &[u64]);
+    fn aim<S: Simd>(&mut self, query: &Query, wanted: &[u64]);
 
     /// Takes away what eight triangles hide. Returns one that hides all of the light, if any does.
     fn occlude<S: Simd>(&mut self, block: &Block) -> Option<usize>;

@@ -9,6 +9,7 @@ use super::block::Block;
 use super::facet::Planes;
 use super::over::OverLight;
 use super::vector::Vector;
+use super::window::Window;
 use super::{NOTHING, NOWHERE, Samples, exact};
 use crate::samples::{LANES, positions};
 use crate::simd::{Kernel, Lanes, Simd};
@@ -18,6 +19,7 @@ pub(crate) struct Points {
     pattern: Pattern,
     light: AreaLight,
     origin: Vec3,
+    window: Window,
     key: u32,
     /// From the receiver to each sample, 16 samples at a time.
     d: Vec<[[f32; LANES]; 3]>,
@@ -31,6 +33,7 @@ impl Samples for Points {
             pattern: NOTHING,
             light: NOWHERE,
             origin: Vec3::ZERO,
+            window: Window::NONE,
             key: 0,
             d: Vec::new(),
             left: Vec::new(),
@@ -45,12 +48,13 @@ impl Samples for Points {
     }
 
     #[inline(always)]
-    fn aim(&mut self, query: &Query, wanted: &[u64]) {
+    fn aim<S: Simd>(&mut self, query: &Query, wanted: &[u64]) {
         (self.origin, self.key) = (query.origin, query.key);
+        self.window = Window::new(query.origin, &self.light);
         self.left.copy_from_slice(wanted);
         for (group, d) in self.d.iter_mut().enumerate() {
             if (wanted[group * LANES / 64] >> (group * LANES % 64)) as u16 != 0 {
-                *d = positions(&self.light, self.pattern, query.key, group * LANES);
+                *d = positions::<S::Wide>(&self.light, self.pattern, query.key, group * LANES);
                 for (axis, d) in d.iter_mut().enumerate() {
                     d.iter_mut().for_each(|d| *d -= self.origin[axis]);
                 }
@@ -91,16 +95,24 @@ impl Kernel for Occlude<'_> {
             points.left.fill(0);
             return Some(over.whole.trailing_zeros() as usize);
         }
-        let mut may = over.may;
+        if over.may == 0 {
+            return None;
+        }
+        let span = points.window.span::<S::Eight>(block, points.pattern);
+        let mut may = over.may & span.some;
         if may == 0 {
             return None;
         }
+        let columns = usize::from(points.pattern.columns);
         points.planes.set(&over.facets);
         while may != 0 {
             let lane = may.trailing_zeros() as usize;
             may &= may - 1;
             let facet = points.planes.facet::<S::Wide>(lane);
-            for (group, d) in points.d.iter().enumerate() {
+            let [first, last] = [span.first[1][lane], span.last[1][lane]].map(|row| row as usize);
+            let groups = first * columns / LANES..((last + 1) * columns).div_ceil(LANES);
+            for group in groups {
+                let Some(d) = points.d.get(group) else { break };
                 for at in (0..LANES).step_by(S::Wide::WIDTH) {
                     let (word, shift) = (group * LANES / 64, group * LANES % 64 + at);
                     let some = (points.left[word] >> shift) as u32 & S::Wide::ALL;

@@ -5,6 +5,8 @@
 //! so what is hidden is one run of columns, whatever the number of columns; rows are the lanes of a vector. Every
 //! crossing comes with the distance within which rounding may have misplaced it; samples so near are decided exactly.
 
+use std::ops::RangeInclusive;
+
 use glam::Vec3;
 use halflight_core::hash;
 use halflight_core::light::AreaLight;
@@ -13,11 +15,15 @@ use halflight_core::pattern::{Pattern, PatternKind};
 
 use super::block::Block;
 use super::over::OverLight;
+use super::window::Window;
 use super::{NOTHING, NOWHERE, Samples, exact};
 use crate::simd::{Kernel, Lanes, Simd};
 
 /// Most rows and most columns.
 const SIDE: usize = 64;
+
+/// Rows with room for a vector that starts at the last.
+const ROWS: usize = SIDE + 16;
 
 /// Columns within which a crossing is never trusted: more than what truncating it to a whole number costs.
 const SLACK: f32 = 1.0 / 1024.0;
@@ -27,14 +33,15 @@ pub(crate) struct Rows {
     pattern: Pattern,
     light: AreaLight,
     origin: Vec3,
+    window: Window,
     /// Of the receiver's pattern; `None` before the first.
     key: Option<u32>,
     /// Place of each row along the light's second edge, 0 … 1.
-    v: [f32; SIDE],
+    v: [f32; ROWS],
     /// How far each row's samples lie from the left ends of their columns, in columns.
-    shift: [f32; SIDE],
+    shift: [f32; ROWS],
     /// A bit for each wanted sample that no triangle hides so far: columns 0 … 31 and 32 … 63 of each row.
-    left: [[u32; SIDE]; 2],
+    left: [[u32; ROWS]; 2],
     /// Four planes of eight triangles.
     planes: [Plane; 4],
 }
@@ -90,15 +97,14 @@ impl Rows {
         }
     }
 
-    /// Takes away what one of the triangles hides, `L::WIDTH` rows at a time.
+    /// Takes away what one of the triangles hides in some rows, `L::WIDTH` rows at a time.
     #[inline(always)]
-    fn take<L: Lanes>(&mut self, block: &Block, lane: usize) {
+    fn take<L: Lanes>(&mut self, block: &Block, lane: usize, rows: RangeInclusive<usize>) {
         let columns = f32::from(self.pattern.columns);
-        let rows = usize::from(self.pattern.rows);
         let bit = 1u32 << lane;
         let (minus, last, one) = (L::splat(-1.0), L::splat(columns - 1.0), L::splat(1.0));
         let (zero, end, ceiling) = (L::splat(0.0), L::splat(columns), L::splat(128.0));
-        for row in (0..rows).step_by(L::WIDTH) {
+        for row in rows.step_by(L::WIDTH) {
             let v = L::load(&self.v[row..]);
             let far = L::splat(1e9);
             let (mut low_sure, mut low_may) = (L::splat(-1e9), L::splat(-1e9));
@@ -117,19 +123,15 @@ impl Rows {
                 }
             }
             let shift = L::load(&self.shift[row..]);
-            let up = |x: L| ceiling.sub(ceiling.sub(x.sub(shift).max(zero).min(end)).truncate());
             let first_sure = low_sure.sub(shift).max(minus).min(end).add(one).truncate();
-            let last_sure = up(high_sure);
-            let first_may = up(low_may);
+            let last_sure = ceiling.sub(ceiling.sub(high_sure.sub(shift).max(zero).min(end)).truncate());
+            let first_may = ceiling.sub(ceiling.sub(low_may.sub(shift).max(zero).min(end)).truncate());
             let last_may = high_may.sub(shift).max(minus).min(last).add(one).truncate();
             for half in 0..self.pattern.columns.div_ceil(32) {
                 let skip = L::splat(f32::from(32 * half));
-                let bits = |first: L, last: L| {
-                    let mut bits = [0u32; 16];
-                    L::run_of_bits(first.sub(skip).max(zero), last.sub(skip).max(zero), &mut bits);
-                    bits
-                };
-                let (sure, may) = (bits(first_sure, last_sure), bits(first_may, last_may));
+                let (mut sure, mut may) = ([0u32; 16], [0u32; 16]);
+                L::run_of_bits(first_sure.sub(skip).max(zero), last_sure.sub(skip).max(zero), &mut sure);
+                L::run_of_bits(first_may.sub(skip).max(zero), last_may.sub(skip).max(zero), &mut may);
                 let left = &mut self.left[usize::from(half)][row..row + L::WIDTH];
                 let mut open = 0;
                 for (lane, left) in left.iter_mut().enumerate() {
@@ -170,18 +172,19 @@ impl Samples for Rows {
             pattern: NOTHING,
             light: NOWHERE,
             origin: Vec3::ZERO,
+            window: Window::NONE,
             key: None,
-            v: [0.0; SIDE],
-            shift: [0.5; SIDE],
-            left: [[0; SIDE]; 2],
+            v: [0.0; ROWS],
+            shift: [0.5; ROWS],
+            left: [[0; ROWS]; 2],
             planes: [Plane::EMPTY; 4],
         }
     }
 
     fn set(&mut self, pattern: Pattern, light: &AreaLight) {
         (self.pattern, self.light, self.key) = (pattern, *light, None);
-        self.left = [[0; SIDE]; 2];
-        self.shift = [0.5; SIDE];
+        self.left = [[0; ROWS]; 2];
+        self.shift = [0.5; ROWS];
         let scale = 1.0 / f32::from(pattern.rows);
         for (row, v) in self.v.iter_mut().enumerate() {
             *v = (row as f32 + 0.5) * scale;
@@ -189,11 +192,12 @@ impl Samples for Rows {
     }
 
     #[inline(always)]
-    fn aim(&mut self, query: &Query, wanted: &[u64]) {
+    fn aim<S: Simd>(&mut self, query: &Query, wanted: &[u64]) {
         if self.pattern.kind == PatternKind::ShiftedRows && self.key != Some(query.key) {
             self.shift_rows(query.key);
         }
         (self.origin, self.key) = (query.origin, Some(query.key));
+        self.window = Window::new(query.origin, &self.light);
         let (columns, rows) = (usize::from(self.pattern.columns), usize::from(self.pattern.rows));
         let mask = if columns == 64 { u64::MAX } else { (1 << columns) - 1 };
         for row in 0..rows {
@@ -250,10 +254,14 @@ impl Kernel for Occlude<'_> {
         let Self { rows, block } = self;
         let over = OverLight::<S::Eight>::new(block, rows.origin, &rows.light);
         if over.whole != 0 {
-            rows.left = [[0; SIDE]; 2];
+            rows.left = [[0; ROWS]; 2];
             return Some(over.whole.trailing_zeros() as usize);
         }
-        let mut may = over.may;
+        if over.may == 0 {
+            return None;
+        }
+        let span = rows.window.span::<S::Eight>(block, rows.pattern);
+        let mut may = over.may & span.some;
         if may == 0 {
             return None;
         }
@@ -267,10 +275,11 @@ impl Kernel for Occlude<'_> {
             may &= may - 1;
             if over.unsure >> lane & 1 != 0 {
                 for half in 0..2 {
-                    rows.decide(block, lane, half, 0, &[u32::MAX; SIDE]);
+                    rows.decide(block, lane, half, 0, &[u32::MAX; ROWS]);
                 }
             } else {
-                S::call(Take { rows: &mut *rows, block, lane });
+                let [first, last] = [span.first[1][lane], span.last[1][lane]].map(|row| row as usize);
+                S::call(Take { rows: &mut *rows, block, lane, first, last });
             }
         }
         None
@@ -282,6 +291,8 @@ struct Take<'a> {
     rows: &'a mut Rows,
     block: &'a Block,
     lane: usize,
+    first: usize,
+    last: usize,
 }
 
 impl Kernel for Take<'_> {
@@ -289,10 +300,11 @@ impl Kernel for Take<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) {
-        if self.rows.pattern.rows <= 8 {
-            self.rows.take::<S::Eight>(self.block, self.lane);
+        let Self { rows, block, lane, first, last } = self;
+        if last < first + 8 {
+            rows.take::<S::Eight>(block, lane, first..=last);
         } else {
-            self.rows.take::<S::Wide>(self.block, self.lane);
+            rows.take::<S::Wide>(block, lane, first..=last);
         }
     }
 }

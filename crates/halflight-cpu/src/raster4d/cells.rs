@@ -1,6 +1,7 @@
 //! The framebuffer: which triangles may concern a receiver, by where both are projected to (Wang17 §3.1, STEPs 2 to 4).
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
@@ -10,6 +11,9 @@ use rayon::prelude::*;
 
 use super::project::{Projection, Rectangle};
 use crate::occluder::NOWHERE;
+
+/// Runs of triangles that are binned side by side at most.
+const MAX_RUNS: usize = 16;
 
 /// Triangles of one cell, or of all: their rectangles and indices.
 #[derive(Debug, Default)]
@@ -55,9 +59,10 @@ pub(super) struct Cells {
     levels: Vec<usize>,
     starts: Vec<u32>,
     pub(super) entries: Entries,
-    /// Triangles that are not behind the light, whatever their rectangle.
-    pub(super) all: Vec<u32>,
     rectangles: Vec<Option<(Rectangle, u8, [u16; 4])>>,
+    /// For each run of triangles, where it goes on in every cell.
+    places_of_runs: Vec<u32>,
+    slots: Vec<AtomicU32>,
     /// Receivers by which the framebuffer is laid out.
     places: [Vec<f32>; 2],
 }
@@ -78,8 +83,9 @@ impl Cells {
             levels: Vec::new(),
             starts: Vec::new(),
             entries: Entries::default(),
-            all: Vec::new(),
             rectangles: Vec::new(),
+            places_of_runs: Vec::new(),
+            slots: Vec::new(),
             places: Default::default(),
         }
     }
@@ -95,7 +101,8 @@ impl Cells {
         span: Option<u16>,
     ) {
         let corners = light.corners();
-        let reach = mesh.positions.iter().map(|p| p.distance(corners[0])).fold(0.0f32, f32::max);
+        let distances = mesh.positions.par_iter().with_min_len(4096).map(|p| p.distance(corners[0]));
+        let reach = distances.reduce(|| 0.0, f32::max);
         let reach = f64::from(reach.max(corners.iter().map(|c| c.distance(corners[0])).fold(0.0, f32::max)));
         self.projection = Projection::new(light, back, reach * 1.001 + f64::from(f32::MIN_POSITIVE));
         self.frame(gbuffer);
@@ -120,51 +127,69 @@ impl Cells {
             .map(range)
             .collect_into_vec(&mut rectangles);
         self.rectangles = rectangles;
-        self.all.clear();
-        self.all
-            .extend((0..).zip(&self.rectangles).filter(|(_, found)| found.is_some()).map(|(index, _)| index));
         self.bin();
     }
 
-    /// Counts, scans, fills.
+    /// Counts, scans, fills: several runs of triangles at a time, each with its own place in every cell.
     fn bin(&mut self) {
-        self.starts.fill(0);
-        let cells = |level: u8, [x0, y0, x1, y1]: [u16; 4], levels: &[usize], side: u32| {
+        let Self { side, levels, rectangles, starts, places_of_runs, slots, entries, .. } = self;
+        let cells = |level: u8, [x0, y0, x1, y1]: [u16; 4]| {
             let (first, width) = (levels[usize::from(level)], side.div_ceil(1 << level) as usize);
             (y0..=y1)
                 .flat_map(move |y| (x0..=x1).map(move |x| first + usize::from(y) * width + usize::from(x)))
         };
-        for &(_, level, range) in self.rectangles.iter().flatten() {
-            for cell in cells(level, range, &self.levels, self.side) {
-                self.starts[cell + 1] += 1;
-            }
-        }
-        let mut sum = 0;
-        for start in &mut self.starts {
-            sum += *start;
-            *start = sum;
-        }
-        let total = sum as usize;
-        let Entries { low, high, triangles } = &mut self.entries;
-        for list in low.iter_mut().chain(high) {
-            list.resize(total, 0.0);
-        }
-        triangles.resize(total, 0);
-        // Filling moves every start to its end, which is the next one's start.
-        for (triangle, found) in (0..).zip(&self.rectangles) {
-            let Some((rectangle, level, range)) = *found else { continue };
-            for cell in cells(level, range, &self.levels, self.side) {
-                let slot = self.starts[cell] as usize;
-                self.starts[cell] += 1;
-                for axis in 0..2 {
-                    self.entries.low[axis][slot] = rectangle.low[axis];
-                    self.entries.high[axis][slot] = rectangle.high[axis];
+        let count = starts.len() - 1;
+        let runs = rayon::current_num_threads().clamp(1, MAX_RUNS);
+        let size = rectangles.len().div_ceil(runs).max(1);
+        places_of_runs.clear();
+        places_of_runs.resize(runs * count, 0);
+        places_of_runs.par_chunks_mut(count).zip(rectangles.par_chunks(size)).for_each(|(counts, run)| {
+            for &(_, level, range) in run.iter().flatten() {
+                for cell in cells(level, range) {
+                    counts[cell] += 1;
                 }
-                self.entries.triangles[slot] = triangle;
+            }
+        });
+        let mut sum = 0;
+        for cell in 0..count {
+            starts[cell] = sum;
+            for run in 0..runs {
+                let place = &mut places_of_runs[run * count + cell];
+                sum += std::mem::replace(place, sum);
             }
         }
-        self.starts.rotate_right(1);
-        self.starts[0] = 0;
+        starts[count] = sum;
+        // No two runs write to the same slot; what is written does not depend on the number of runs.
+        let total = sum as usize;
+        if slots.len() < total {
+            slots.resize_with(total, AtomicU32::default);
+        }
+        let filled = &slots[..];
+        places_of_runs.par_chunks_mut(count).zip(rectangles.par_chunks(size)).enumerate().for_each(
+            |(number, (places, run))| {
+                for (triangle, found) in (number * size..).zip(run) {
+                    let Some((_, level, range)) = *found else { continue };
+                    for cell in cells(level, range) {
+                        filled[places[cell] as usize].store(triangle as u32, Ordering::Relaxed);
+                        places[cell] += 1;
+                    }
+                }
+            },
+        );
+        let filled = filled[..total].par_iter().with_min_len(4096);
+        filled.map(|triangle| triangle.load(Ordering::Relaxed)).collect_into_vec(&mut entries.triangles);
+        let rectangle = |&triangle: &u32| {
+            rectangles[triangle as usize].map_or(Rectangle::EMPTY, |(rectangle, ..)| rectangle)
+        };
+        for axis in 0..2 {
+            let triangles = || entries.triangles.par_iter().with_min_len(4096);
+            triangles()
+                .map(|triangle| rectangle(triangle).low[axis])
+                .collect_into_vec(&mut entries.low[axis]);
+            triangles()
+                .map(|triangle| rectangle(triangle).high[axis])
+                .collect_into_vec(&mut entries.high[axis]);
+        }
     }
 
     /// Bounds of the framebuffer, from the receivers' projections through the light's corner.
@@ -252,9 +277,8 @@ impl Cells {
     }
 
     pub(super) fn bytes(&self) -> usize {
-        self.starts.capacity() * 4
+        (self.starts.capacity() + self.places_of_runs.capacity() + self.slots.capacity()) * 4
             + self.entries.triangles.capacity() * 20
-            + self.all.capacity() * 4
             + self.rectangles.capacity() * size_of::<Option<(Rectangle, u8, [u16; 4])>>()
     }
 }

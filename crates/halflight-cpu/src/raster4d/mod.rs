@@ -25,12 +25,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::occluder::{Block, Points, Rows, Samples, Triangle};
 use crate::pool::Pool;
+use crate::shaft::{GROUP, Hull, List, Share, bounds, quarter};
 use crate::simd::{Isa, Kernel, Lanes, Simd};
 use cells::{Cells, Entries};
 use project::Rectangle;
 
-/// Queries that one task answers.
-const CHUNK: usize = 64;
+/// Triangles that receivers share without a look at where each of them is projected to.
+const SHORT: usize = 64;
+
+/// Triangles that are worth a test against a shaft: more are first left out by the rectangles of fewer receivers.
+const MANY: usize = 1024;
 
 /// Cells a side that a triangle covers at most before it goes to a coarser framebuffer: fewer make lists longer than
 /// what they are for, more make more entries.
@@ -51,11 +55,13 @@ pub struct Raster4dConfig {
     /// Triangles that cover many cells are kept in coarser framebuffers, one a power of two. Not in the paper, whose
     /// lists grow with the square of the light's projected size.
     pub coarser: bool,
+    /// Neighbouring receivers test the triangles that they share against the shaft to the light. Not in the paper.
+    pub shafts: bool,
 }
 
 impl Default for Raster4dConfig {
     fn default() -> Self {
-        Self { framebuffer: 128, one_cell: true, rejection: true, rows: true, coarser: true }
+        Self { framebuffer: 128, one_cell: true, rejection: true, rows: true, coarser: true, shafts: true }
     }
 }
 
@@ -74,6 +80,8 @@ pub struct Raster4d {
     config: Raster4dConfig,
     isa: Isa,
     triangles: Vec<Triangle>,
+    /// The largest coordinate of the mesh.
+    largest: f32,
     /// For each light its front, then its back where it has one.
     sides: Vec<[Option<Cells>; 2]>,
     stats: VisibilityStats,
@@ -98,6 +106,7 @@ impl Raster4d {
             config,
             isa: Isa::best(),
             triangles: Vec::new(),
+            largest: 0.0,
             sides: Vec::new(),
             stats: VisibilityStats::default(),
             rows: Pool::default(),
@@ -134,6 +143,8 @@ impl Visibility for Raster4d {
             .with_min_len(1024)
             .map(|index| Triangle::new(mesh, index))
             .collect_into_vec(&mut self.triangles);
+        let (low, high) = mesh.bounds().unwrap_or_default();
+        self.largest = low.abs().max(high.abs()).max_element();
         let span = self.config.coarser.then_some(SPAN);
         self.sides.resize_with(lights.len(), || [None, None]);
         for (light, sides) in lights.iter().zip(&mut self.sides) {
@@ -155,19 +166,20 @@ impl Visibility for Raster4d {
         if words == 0 || !Rows::fit(pattern) {
             return;
         }
-        let (config, isa, triangles) = (self.config, self.isa, &self.triangles[..]);
+        let (config, isa, triangles, largest) = (self.config, self.isa, &self.triangles[..], self.largest);
         let parts = batch.parts();
         // Without preparation there are no triangles.
         let Some(sides) = self.sides.get(number as usize) else {
             parts.visible.copy_from_slice(parts.wanted);
             return;
         };
-        let wanted = parts.wanted.par_chunks(CHUNK * words);
-        let visible = parts.visible.par_chunks_mut(CHUNK * words);
-        let chunks = parts.queries.par_chunks(CHUNK).zip(wanted).zip(visible);
+        let wanted = parts.wanted.par_chunks(GROUP * words);
+        let visible = parts.visible.par_chunks_mut(GROUP * words);
+        let chunks = parts.queries.par_chunks(GROUP).zip(wanted).zip(visible);
         let chunk = |((queries, wanted), visible)| Chunk {
             config,
             triangles,
+            largest,
             light: &light,
             sides,
             words,
@@ -198,7 +210,13 @@ fn answer<M: Samples>(
     pattern: Pattern,
     chunk: Chunk<'_>,
 ) -> VisibilityStats {
-    let new = || Worker { samples: M::new(), shared: Entries::default() };
+    let new = || Worker {
+        samples: M::new(),
+        shared: Shared::default(),
+        kept: Shared::default(),
+        part: Shared::default(),
+        indices: Vec::new(),
+    };
     pool.lend(new, |worker| {
         worker.samples.set(pattern, chunk.light);
         isa.run(Answer { chunk, worker })
@@ -209,6 +227,7 @@ fn answer<M: Samples>(
 struct Chunk<'a> {
     config: Raster4dConfig,
     triangles: &'a [Triangle],
+    largest: f32,
     light: &'a AreaLight,
     sides: &'a [Option<Cells>; 2],
     words: usize,
@@ -226,7 +245,39 @@ struct Answer<'a, 'b, M> {
 struct Worker<M> {
     samples: M,
     /// What the cells of all receivers of a chunk hold, without what covers none of them.
-    shared: Entries,
+    shared: Shared,
+    /// Of these, what may hide something from them.
+    kept: Shared,
+    /// Of these, what may hide something from a quarter of them.
+    part: Shared,
+    indices: Vec<u32>,
+}
+
+/// Triangles that receivers share, with their rectangles.
+#[derive(Default)]
+struct Shared {
+    entries: Entries,
+    list: List,
+}
+
+impl Shared {
+    /// Fills the list by the entries.
+    fn fetch(&mut self, triangles: &[Triangle]) {
+        self.list.clear();
+        for &triangle in &self.entries.triangles {
+            self.list.push(&triangles[triangle as usize]);
+        }
+    }
+
+    /// Becomes what another has in a hull.
+    #[inline(always)]
+    fn keep<S: Simd>(&mut self, from: &Self, hull: &Hull, indices: &mut Vec<u32>) {
+        self.list.keep_indexed::<S>(&from.list, hull, indices);
+        self.entries.clear();
+        for &slot in indices.iter() {
+            self.entries.push(&from.entries, slot as usize);
+        }
+    }
 }
 
 /// Triangles on their way to a receiver, eight at a time.
@@ -269,7 +320,7 @@ impl<M: Samples> Kernel for Answer<'_, '_, M> {
         let mut stats = VisibilityStats::default();
         let mut waiting = Waiting { block: Block::EMPTY, count: 0 };
         let normal = chunk.light.edge_u.cross(chunk.light.edge_v);
-        let mut placed = [Placed { query: 0, rectangle: Rectangle::EMPTY, range: [0; 4] }; CHUNK];
+        let mut placed = [Placed { query: 0, rectangle: Rectangle::EMPTY, range: [0; 4] }; GROUP];
         for (back, cells) in chunk.sides.iter().enumerate() {
             let mut count = 0;
             for index in 0..chunk.queries.len() {
@@ -289,7 +340,7 @@ impl<M: Samples> Kernel for Answer<'_, '_, M> {
                     count += 1;
                 } else {
                     stats.unprojected += 1;
-                    worker.samples.aim(&query, &chunk.wanted[slots.clone()]);
+                    worker.samples.aim::<S>(&query, &chunk.wanted[slots.clone()]);
                     waiting.count = 0;
                     let triangles = chunk.triangles.iter();
                     let mut open = true;
@@ -313,6 +364,19 @@ impl<M: Samples> Kernel for Answer<'_, '_, M> {
     }
 }
 
+/// What receivers that are answered together have besides.
+struct Party<'a> {
+    /// All of their chunk, in the order of their queries.
+    placed: &'a [Placed],
+    waiting: &'a mut Waiting,
+    stats: &'a mut VisibilityStats,
+}
+
+/// The receiver of a query.
+fn find(placed: &[Placed], query: u8) -> Option<&Placed> {
+    placed.binary_search_by_key(&query, |one| one.query).ok().map(|at| &placed[at])
+}
+
 impl Chunk<'_> {
     /// Pairs receivers on one side of the light with triangles.
     #[inline(always)]
@@ -324,68 +388,186 @@ impl Chunk<'_> {
         waiting: &mut Waiting,
         stats: &mut VisibilityStats,
     ) {
-        let Worker { samples, shared } = worker;
-        // Neighbours look into the same few cells. What is in none of their rectangles' way is left out once for all.
-        let together = self.config.one_cell && self.config.rejection;
-        if together {
-            let mut all = placed[0];
+        if !(self.config.one_cell && self.config.rejection) {
             for one in placed {
-                all.range[0] = all.range[0].min(one.range[0]);
-                all.range[1] = all.range[1].min(one.range[1]);
-                all.range[2] = all.range[2].max(one.range[2]);
-                all.range[3] = all.range[3].max(one.range[3]);
-                for axis in 0..2 {
-                    all.rectangle.low[axis] = all.rectangle.low[axis].max(one.rectangle.low[axis]);
-                    all.rectangle.high[axis] = all.rectangle.high[axis].min(one.rectangle.high[axis]);
-                }
+                let rectangle = if self.config.rejection { one.rectangle } else { Rectangle::EMPTY };
+                let lists = cells.lists(one.range).map(|(list, _)| list);
+                self.answer_one::<S, M>(
+                    one,
+                    rectangle,
+                    &cells.entries,
+                    lists,
+                    &mut worker.samples,
+                    waiting,
+                    stats,
+                );
             }
-            shared.clear();
-            for (list, first) in cells.lists(all.range) {
-                stats.pairs += list.len() as u64;
-                S::call(Cover {
-                    entries: &cells.entries,
-                    list,
-                    rectangle: all.rectangle,
-                    task: |slot| {
-                        if cells.is_first(slot, first) {
-                            shared.push(&cells.entries, slot);
-                        }
-                        true
-                    },
-                });
+            return;
+        }
+        // Neighbours look into the same few cells. What is in none of their rectangles' way is left out once for all.
+        let Worker { samples, shared, kept, part, indices } = worker;
+        let mut range = placed[0].range;
+        for one in placed {
+            for axis in 0..2 {
+                range[axis] = range[axis].min(one.range[axis]);
+                range[axis + 2] = range[axis + 2].max(one.range[axis + 2]);
             }
         }
-        for one in placed {
-            let query = usize::from(one.query);
-            let slots = query * self.words..(query + 1) * self.words;
-            samples.aim(&self.queries[query], &self.wanted[slots.clone()]);
-            waiting.count = 0;
-            let mut open = true;
-            let mut task = |entries: &Entries, slot: usize| {
+        let rectangle = Rectangle::within(placed.iter().map(|one| one.rectangle));
+        shared.entries.clear();
+        for (list, first) in cells.lists(range) {
+            stats.pairs += list.len() as u64;
+            S::call(Cover {
+                entries: &cells.entries,
+                list,
+                rectangle,
+                task: |slot| {
+                    if cells.is_first(slot, first) {
+                        shared.entries.push(&cells.entries, slot);
+                    }
+                    true
+                },
+            });
+        }
+        let mut members = [0; GROUP];
+        for (member, one) in members.iter_mut().zip(placed) {
+            *member = one.query;
+        }
+        let members = &mut members[..placed.len()];
+        let count = shared.entries.triangles.len();
+        let party = Party { placed, waiting, stats };
+        if !self.config.shafts {
+            self.answer_each::<S, M>(members, &shared.entries, samples, party);
+            return;
+        }
+        if count <= MANY {
+            let hull = self.hull(members);
+            shared.fetch(self.triangles);
+            kept.keep::<S>(shared, &hull, indices);
+            if kept.list.len() <= SHORT {
+                self.answer_all::<S, M>(members, &hull, &kept.list, samples, party);
+                return;
+            }
+        }
+        let Party { waiting, stats, .. } = party;
+        let mut first = 0;
+        for last in quarter(self.queries, members) {
+            let members = &members[first..last];
+            first = last;
+            if members.is_empty() {
+                continue;
+            }
+            let hull = self.hull(members);
+            if count <= MANY {
+                part.keep::<S>(kept, &hull, indices);
+            } else {
+                let rectangle = Rectangle::within(
+                    members.iter().filter_map(|&member| find(placed, member)).map(|one| one.rectangle),
+                );
+                kept.entries.clear();
+                let entries = &shared.entries;
+                let task = |slot| {
+                    kept.entries.push(entries, slot);
+                    true
+                };
+                S::call(Cover { entries, list: 0..count, rectangle, task });
+                stats.pairs += count as u64;
+                if kept.entries.triangles.len() > MANY {
+                    let party = Party { placed, waiting, stats };
+                    self.answer_each::<S, M>(members, &kept.entries, samples, party);
+                    continue;
+                }
+                kept.fetch(self.triangles);
+                part.keep::<S>(kept, &hull, indices);
+            }
+            let party = Party { placed, waiting, stats };
+            if part.list.len() <= SHORT {
+                self.answer_all::<S, M>(members, &hull, &part.list, samples, party);
+            } else {
+                self.answer_each::<S, M>(members, &part.entries, samples, party);
+            }
+        }
+    }
+
+    fn hull(&self, members: &[u8]) -> Hull {
+        let (low, high) = bounds(self.queries, members);
+        Hull::new(low, high, self.light, self.largest)
+    }
+
+    /// Answers receivers from all of a list.
+    #[inline(always)]
+    fn answer_all<S: Simd, M: Samples>(
+        &mut self,
+        members: &[u8],
+        hull: &Hull,
+        list: &List,
+        samples: &mut M,
+        party: Party<'_>,
+    ) {
+        let pairs = (members.len() * list.len()) as u64;
+        party.stats.pairs += pairs;
+        party.stats.kept += pairs;
+        S::call(Share {
+            samples,
+            list,
+            hull,
+            queries: self.queries,
+            wanted: self.wanted,
+            visible: self.visible,
+            words: self.words,
+            members,
+            stats: party.stats,
+        });
+    }
+
+    /// Answers receivers from the entries that cover each.
+    #[inline(always)]
+    fn answer_each<S: Simd, M: Samples>(
+        &mut self,
+        members: &[u8],
+        entries: &Entries,
+        samples: &mut M,
+        party: Party<'_>,
+    ) {
+        for &member in members {
+            let Some(one) = find(party.placed, member) else { continue };
+            let list = std::iter::once(0..entries.triangles.len());
+            self.answer_one::<S, M>(one, one.rectangle, entries, list, samples, party.waiting, party.stats);
+        }
+    }
+
+    /// Answers one receiver from entries whose rectangles cover its own.
+    #[inline(always)]
+    fn answer_one<S: Simd, M: Samples>(
+        &mut self,
+        one: &Placed,
+        rectangle: Rectangle,
+        entries: &Entries,
+        lists: impl Iterator<Item = Range<usize>>,
+        samples: &mut M,
+        waiting: &mut Waiting,
+        stats: &mut VisibilityStats,
+    ) {
+        let query = usize::from(one.query);
+        let slots = query * self.words..(query + 1) * self.words;
+        samples.aim::<S>(&self.queries[query], &self.wanted[slots.clone()]);
+        waiting.count = 0;
+        let mut open = true;
+        for list in lists {
+            stats.pairs += list.len() as u64;
+            let task = |slot: usize| {
                 stats.kept += 1;
                 open = waiting.push::<S>(&self.triangles[entries.triangles[slot] as usize], samples);
                 open
             };
-            if together {
-                stats.pairs += shared.triangles.len() as u64;
-                let list = 0..shared.triangles.len();
-                let (entries, rectangle) = (&*shared, one.rectangle);
-                S::call(Cover { entries, list, rectangle, task: |slot| task(entries, slot) });
-            } else {
-                let rectangle = if self.config.rejection { one.rectangle } else { Rectangle::EMPTY };
-                for (list, _) in cells.lists(one.range) {
-                    stats.pairs += list.len() as u64;
-                    let entries = &cells.entries;
-                    if !S::call(Cover { entries, list, rectangle, task: |slot| task(entries, slot) }) {
-                        break;
-                    }
-                }
+            if !S::call(Cover { entries, list, rectangle, task }) {
+                break;
             }
-            if open && waiting.count > 0 {
-                waiting.flush::<S>(samples);
-            }
-            samples.write(&mut self.visible[slots]);
         }
+        if open && waiting.count > 0 {
+            waiting.flush::<S>(samples);
+        }
+        samples.write(&mut self.visible[slots]);
     }
 }
 

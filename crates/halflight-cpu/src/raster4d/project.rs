@@ -24,6 +24,18 @@ pub(super) struct Rectangle {
 impl Rectangle {
     /// What every other covers.
     pub(super) const EMPTY: Self = Self { low: [f32::INFINITY; 2], high: [f32::NEG_INFINITY; 2] };
+
+    /// What covers this covers one of the given or more; what does not covers none of them.
+    pub(super) fn within(rectangles: impl Iterator<Item = Self>) -> Self {
+        let mut all = Self { low: [f32::NEG_INFINITY; 2], high: [f32::INFINITY; 2] };
+        for one in rectangles {
+            for axis in 0..2 {
+                all.low[axis] = all.low[axis].max(one.low[axis]);
+                all.high[axis] = all.high[axis].min(one.high[axis]);
+            }
+        }
+        all
+    }
 }
 
 /// One side of a light and the plane on that side.

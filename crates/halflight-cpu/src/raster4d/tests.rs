@@ -56,6 +56,7 @@ fn configs() -> Vec<Raster4dConfig> {
         Raster4dConfig { rejection: false, ..all },
         Raster4dConfig { rows: false, ..all },
         Raster4dConfig { coarser: false, ..all },
+        Raster4dConfig { shafts: false, ..all },
         Raster4dConfig { framebuffer: 33, ..all },
         Raster4dConfig { framebuffer: 1, coarser: false, ..all },
     ]

@@ -1,5 +1,7 @@
 //! Plain arrays: what is left where no instruction set is named. The compiler vectorises most of it.
 
+use halflight_core::hash;
+
 use super::{Kernel, Lanes, Simd};
 
 pub(super) struct Baseline;
@@ -104,6 +106,14 @@ impl Lanes for Array {
         for ((to, first), end) in to.iter_mut().zip(first.0).zip(end.0) {
             *to = from(first) & !from(end);
         }
+    }
+    #[inline(always)]
+    fn jitter(key: u32, index: Self) -> (Self, Self) {
+        let (mut u, mut v) = ([0.0; 8], [0.0; 8]);
+        for ((u, v), index) in u.iter_mut().zip(&mut v).zip(index.0) {
+            (*u, *v) = hash::unit_pair(hash::sample_bits(key, index as u32));
+        }
+        (Self(u), Self(v))
     }
     #[inline(always)]
     fn lt(self, other: Self) -> u32 {

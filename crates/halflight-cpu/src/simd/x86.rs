@@ -4,6 +4,10 @@ use std::arch::x86_64::*;
 
 use super::{Kernel, Lanes, Simd};
 
+/// The constants of [`halflight_core::hash::sample_bits`].
+const STEP: i32 = 0x9e37_79b9u32 as i32;
+const MULTIPLIERS: [i32; 2] = [0x21f0_aaad, 0xd35a_2d97u32 as i32];
+
 struct Avx2;
 struct Avx512;
 
@@ -88,6 +92,20 @@ impl Lanes for Lanes8 {
             let bits = _mm256_andnot_si256(_mm256_sllv_epi32(all, end), _mm256_sllv_epi32(all, first));
             _mm256_storeu_si256(to.as_mut_ptr().cast(), bits);
         };
+        jitter(key: u32, index: Self) -> (Self, Self) = {
+            let (one, two) = (_mm256_set1_epi32(MULTIPLIERS[0]), _mm256_set1_epi32(MULTIPLIERS[1]));
+            let step = _mm256_set1_epi32(STEP);
+            let mut x = _mm256_mullo_epi32(_mm256_cvttps_epi32(index.0), step);
+            x = _mm256_add_epi32(x, _mm256_set1_epi32(key as i32));
+            x = _mm256_mullo_epi32(_mm256_xor_si256(x, _mm256_srli_epi32::<16>(x)), one);
+            x = _mm256_mullo_epi32(_mm256_xor_si256(x, _mm256_srli_epi32::<15>(x)), two);
+            x = _mm256_xor_si256(x, _mm256_srli_epi32::<15>(x));
+            let low = _mm256_and_si256(x, _mm256_set1_epi32(0xffff));
+            let (half, scale) = (_mm256_set1_ps(0.5), _mm256_set1_ps(1.0 / 65536.0));
+            let high = _mm256_cvtepi32_ps(_mm256_srli_epi32::<16>(x));
+            let (u, v) = (_mm256_add_ps(high, half), _mm256_add_ps(_mm256_cvtepi32_ps(low), half));
+            (Self(_mm256_mul_ps(u, scale)), Self(_mm256_mul_ps(v, scale)))
+        };
         lt(self: Self, other: Self) -> u32 = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0)) as u32;
         le(self: Self, other: Self) -> u32 = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0)) as u32;
     }
@@ -121,6 +139,20 @@ impl Lanes for Lanes16 {
             let all = _mm512_set1_epi32(-1);
             let bits = _mm512_andnot_si512(_mm512_sllv_epi32(all, end), _mm512_sllv_epi32(all, first));
             _mm512_storeu_si512(to.as_mut_ptr().cast(), bits);
+        };
+        jitter(key: u32, index: Self) -> (Self, Self) = {
+            let (one, two) = (_mm512_set1_epi32(MULTIPLIERS[0]), _mm512_set1_epi32(MULTIPLIERS[1]));
+            let step = _mm512_set1_epi32(STEP);
+            let mut x = _mm512_mullo_epi32(_mm512_cvttps_epi32(index.0), step);
+            x = _mm512_add_epi32(x, _mm512_set1_epi32(key as i32));
+            x = _mm512_mullo_epi32(_mm512_xor_si512(x, _mm512_srli_epi32::<16>(x)), one);
+            x = _mm512_mullo_epi32(_mm512_xor_si512(x, _mm512_srli_epi32::<15>(x)), two);
+            x = _mm512_xor_si512(x, _mm512_srli_epi32::<15>(x));
+            let low = _mm512_and_si512(x, _mm512_set1_epi32(0xffff));
+            let (half, scale) = (_mm512_set1_ps(0.5), _mm512_set1_ps(1.0 / 65536.0));
+            let high = _mm512_cvtepi32_ps(_mm512_srli_epi32::<16>(x));
+            let (u, v) = (_mm512_add_ps(high, half), _mm512_add_ps(_mm512_cvtepi32_ps(low), half));
+            (Self(_mm512_mul_ps(u, scale)), Self(_mm512_mul_ps(v, scale)))
         };
         lt(self: Self, other: Self) -> u32 = u32::from(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0));
         le(self: Self, other: Self) -> u32 = u32::from(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0));

@@ -200,7 +200,7 @@ impl Kernel for Chunk<'_> {
                         if active == 0 {
                             continue;
                         }
-                        let ends = positions(&light, self.pattern, query.key, word * 64 + group);
+                        let ends = positions::<S::Wide>(&light, self.pattern, query.key, word * 64 + group);
                         let rays = Rays { origin, ends: &ends };
                         for &run in runs.as_slice() {
                             let stopped = self.course.march::<S>(&rays, run, active, |_, texel, from, to| {

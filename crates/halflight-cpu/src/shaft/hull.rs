@@ -3,7 +3,6 @@
 use glam::Vec3;
 use halflight_core::light::AreaLight;
 
-use crate::bvh::{Bvh, Child};
 use crate::occluder::{Block, OverLight, Vector};
 use crate::simd::{Kernel, Lanes, Simd};
 
@@ -17,7 +16,7 @@ struct Side {
 
 /// The convex hull of two boxes, one around receivers and one around a light: a box and, along each axis, the planes that
 /// touch both of them.
-pub(super) struct Hull {
+pub(crate) struct Hull {
     low: Vec3,
     high: Vec3,
     /// Along x, y and z; at most four each.
@@ -34,7 +33,7 @@ const OTHERS: [(usize, usize); 3] = [(1, 2), (2, 0), (0, 1)];
 
 impl Hull {
     /// `largest` bounds all coordinates of the scene.
-    pub(super) fn new(low: Vec3, high: Vec3, light: &AreaLight, largest: f32) -> Self {
+    pub(crate) fn new(low: Vec3, high: Vec3, light: &AreaLight, largest: f32) -> Self {
         let corners = light.corners();
         let (mut light_low, mut light_high) = (corners[0], corners[0]);
         for corner in corners {
@@ -80,16 +79,17 @@ impl Hull {
 
     /// Which of eight boxes reach into the hull.
     #[inline(always)]
-    pub(super) fn reaches<L: Lanes>(&self, low: Vector<L>, high: Vector<L>) -> u32 {
+    pub(crate) fn reaches<L: Lanes>(&self, low: Vector<L>, high: Vector<L>) -> u32 {
         let (from, to) = (Vector::<L>::splat(self.low), Vector::<L>::splat(self.high));
         let mut inside = low.x.le(to.x) & low.y.le(to.y) & low.z.le(to.z);
         inside &= from.x.le(high.x) & from.y.le(high.y) & from.z.le(high.z);
         let (low, high) = ([low.x, low.y, low.z], [high.x, high.y, high.z]);
         for (axis, (i, j)) in OTHERS.into_iter().enumerate() {
             for side in &self.sides[axis][..self.counts[axis]] {
-                let nearest =
-                    |k: usize, part: f32| (if part > 0.0 { low[k] } else { high[k] }).mul(L::splat(part));
-                inside &= nearest(i, side.first).add(nearest(j, side.second)).le(L::splat(side.limit));
+                let x = if side.first > 0.0 { low[i] } else { high[i] };
+                let y = if side.second > 0.0 { low[j] } else { high[j] };
+                let nearest = x.mul(L::splat(side.first)).add(y.mul(L::splat(side.second)));
+                inside &= nearest.le(L::splat(side.limit));
             }
         }
         inside
@@ -98,7 +98,7 @@ impl Hull {
     /// Which triangles may hide something: those that reach into the hull and whose plane parts some of the receivers
     /// from some of the light.
     #[inline(always)]
-    pub(super) fn meets<L: Lanes>(&self, block: &Block) -> u32 {
+    pub(crate) fn meets<L: Lanes>(&self, block: &Block) -> u32 {
         let corners = block.corners::<L>();
         let low = corners[0].min(corners[1]).min(corners[2]);
         let high = corners[0].max(corners[1]).max(corners[2]);
@@ -109,12 +109,17 @@ impl Hull {
         if inside == 0 {
             return 0;
         }
-        let parts = corners.map(|corner| [corner.x, corner.y, corner.z]);
+        let [a, b, c] = corners;
+        let parts = [[a.x, a.y, a.z], [b.x, b.y, b.z], [c.x, c.y, c.z]];
         for (axis, (i, j)) in OTHERS.into_iter().enumerate() {
             for side in &self.sides[axis][..self.counts[axis]] {
                 let (first, second) = (L::splat(side.first), L::splat(side.second));
-                let at = |corner: usize| parts[corner][i].mul(first).add(parts[corner][j].mul(second));
-                inside &= at(0).min(at(1)).min(at(2)).le(L::splat(side.limit));
+                let at = [
+                    parts[0][i].mul(first).add(parts[0][j].mul(second)),
+                    parts[1][i].mul(first).add(parts[1][j].mul(second)),
+                    parts[2][i].mul(first).add(parts[2][j].mul(second)),
+                ];
+                inside &= at[0].min(at[1]).min(at[2]).le(L::splat(side.limit));
             }
         }
         if inside == 0 {
@@ -138,93 +143,13 @@ impl Hull {
 
     /// Whether one triangle hides all of the light from everything in the receivers' box: it does if it does so from
     /// the box's corners, since what a triangle hides from a point is convex on both sides.
-    pub(super) fn is_covered<S: Simd>(&self, block: &Block, lane: usize) -> bool {
+    pub(crate) fn is_covered<S: Simd>(&self, block: &Block, lane: usize) -> bool {
         let (low, high) = self.receivers;
         (0..8).all(|corner| {
             let pick = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
             let corner = Vec3::new(pick(0), pick(1), pick(2));
             S::call(Covers { block, origin: corner, light: &self.light }) >> lane & 1 != 0
         })
-    }
-}
-
-/// Triangles that receivers share.
-pub(super) struct Candidates {
-    blocks: Vec<Block>,
-    count: usize,
-    stack: Vec<u32>,
-}
-
-impl Candidates {
-    pub(super) fn new() -> Self {
-        Self { blocks: Vec::new(), count: 0, stack: Vec::new() }
-    }
-
-    pub(super) fn blocks(&self) -> &[Block] {
-        &self.blocks[..self.count.div_ceil(8)]
-    }
-
-    /// Gathers all triangles that may hide something in a hull, unless there are more than `most`.
-    pub(super) fn gather<S: Simd>(&mut self, bvh: &Bvh, hull: &Hull, most: usize) -> bool {
-        S::call(Gather { candidates: self, bvh, hull, most })
-    }
-}
-
-struct Gather<'a> {
-    candidates: &'a mut Candidates,
-    bvh: &'a Bvh,
-    hull: &'a Hull,
-    most: usize,
-}
-
-impl Kernel for Gather<'_> {
-    type Output = bool;
-
-    #[inline(always)]
-    fn run<S: Simd>(self) -> bool {
-        let Self { candidates: list, bvh, hull, most } = self;
-        list.count = 0;
-        list.stack.clear();
-        if !bvh.nodes.is_empty() {
-            list.stack.push(0);
-        }
-        // Boxes are many where triangles are: a walk much longer than the list it is for is given up as well.
-        let mut visits = 4 * most;
-        while let Some(child) = list.stack.pop() {
-            match Child::decode(child) {
-                Child::Node(index) => {
-                    visits -= 1;
-                    if visits == 0 {
-                        return false;
-                    }
-                    let node = &bvh.nodes[index as usize];
-                    let (low, high) = node.bounds::<S::Eight>();
-                    let mut reached = hull.reaches(low, high) & node.occupied();
-                    while reached != 0 {
-                        list.stack.push(node.child(reached.trailing_zeros() as usize));
-                        reached &= reached - 1;
-                    }
-                }
-                Child::Block(index) => {
-                    let block = &bvh.blocks[index as usize];
-                    let mut met = hull.meets::<S::Eight>(block);
-                    if list.count + met.count_ones() as usize > most {
-                        return false;
-                    }
-                    while met != 0 {
-                        if list.count == list.blocks.len() * 8 {
-                            list.blocks.push(Block::EMPTY);
-                        }
-                        let to = &mut list.blocks[list.count / 8];
-                        to.truncate(list.count % 8);
-                        to.copy_lane(list.count % 8, block, met.trailing_zeros() as usize);
-                        list.count += 1;
-                        met &= met - 1;
-                    }
-                }
-            }
-        }
-        true
     }
 }
 
