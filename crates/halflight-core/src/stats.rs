@@ -72,6 +72,8 @@ pub struct VisibilityStats {
     pub pairs: u64,
     /// Pairs left after rejection.
     pub kept: u64,
+    /// Pairs in which the triangle hides a sample; 0 unless counting was asked for.
+    pub relevant: u64,
     /// Receivers too near the light's plane to be projected, which looked at all triangles.
     pub unprojected: u64,
 }
@@ -96,6 +98,7 @@ impl AddAssign for VisibilityStats {
             entries,
             pairs,
             kept,
+            relevant,
             unprojected,
         } = other;
         self.prepare_ms += prepare_ms;
@@ -108,6 +111,7 @@ impl AddAssign for VisibilityStats {
         self.entries += entries;
         self.pairs += pairs;
         self.kept += kept;
+        self.relevant += relevant;
         self.unprojected += unprojected;
     }
 }

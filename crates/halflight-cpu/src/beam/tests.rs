@@ -9,24 +9,11 @@ use halflight_core::stages::Visibility;
 use halflight_core::stats::VisibilityStats;
 
 use super::Beam;
-use crate::bvh::tests::meshes::{Numbers, answer, ask, cuboid, hall, lamp, patterns, scene, soup, sphere};
+use crate::bvh::tests::meshes::{
+    Numbers, answer, ask, clusters, cuboid, hall, lamp, patterns, scene, soup, sphere,
+};
 use crate::bvh::{Bvh, BvhRays};
 use crate::simd::Isa;
-
-/// Origins in clusters of 64, like the pixels of a tile, inside the box; clusters of very different sizes.
-fn clusters(count: usize, low: Vec3, high: Vec3) -> Vec<Vec3> {
-    let mut numbers = Numbers(5);
-    let (mut middle, mut size) = (low, 0.0);
-    (0..count)
-        .map(|index| {
-            if index % 64 == 0 {
-                middle = low + (numbers.point() * 0.5 + 0.5) * (high - low);
-                size = 10f32.powf(-4.0 * numbers.next());
-            }
-            (middle + numbers.point() * (high - low) * size * 0.2).clamp(low, high)
-        })
-        .collect()
-}
 
 /// Masks by beams for every instruction set, held against single rays bit for bit; what the beams did.
 fn compare(scene: &Scene, origins: &[Vec3]) -> VisibilityStats {

@@ -55,13 +55,24 @@ pub struct Raster4dConfig {
     /// Triangles that cover many cells are kept in coarser framebuffers, one a power of two. Not in the paper, whose
     /// lists grow with the square of the light's projected size.
     pub coarser: bool,
-    /// Neighbouring receivers test the triangles that they share against the shaft to the light. Not in the paper.
+    /// Neighbouring receivers look into their cells together, and test what they find there against the shaft to the
+    /// light. Not in the paper. Goes with `one_cell` and `rejection`; without either it does nothing.
     pub shafts: bool,
+    /// Pairs in which the triangle hides a sample are counted, one by one, which costs much time. Only without `shafts`.
+    pub count_relevant: bool,
 }
 
 impl Default for Raster4dConfig {
     fn default() -> Self {
-        Self { framebuffer: 128, one_cell: true, rejection: true, rows: true, coarser: true, shafts: true }
+        Self {
+            framebuffer: 128,
+            one_cell: true,
+            rejection: true,
+            rows: true,
+            coarser: true,
+            shafts: true,
+            count_relevant: false,
+        }
     }
 }
 
@@ -72,6 +83,9 @@ pub enum Raster4dError {
     /// The framebuffer is too small or too large.
     #[error("a framebuffer of {0} cells a side was asked for; {min} to {max} are possible", min = Raster4d::FRAMEBUFFERS.0, max = Raster4d::FRAMEBUFFERS.1)]
     Framebuffer(u32),
+    /// Shafts leave pairs out before they can be counted.
+    #[error("count_relevant needs shafts = false: shafts leave pairs out before they are counted")]
+    Relevant,
 }
 
 /// Exact visibility by 4D rasterization, for grids and grids with shifted rows.
@@ -101,6 +115,9 @@ impl Raster4d {
         let (least, most) = Self::FRAMEBUFFERS;
         if !(least..=most).contains(&config.framebuffer) {
             return Err(Raster4dError::Framebuffer(config.framebuffer));
+        }
+        if config.count_relevant && config.shafts {
+            return Err(Raster4dError::Relevant);
         }
         Ok(Self {
             config,
@@ -388,10 +405,15 @@ impl Chunk<'_> {
         waiting: &mut Waiting,
         stats: &mut VisibilityStats,
     ) {
-        if !(self.config.one_cell && self.config.rejection) {
+        if !(self.config.one_cell && self.config.rejection && self.config.shafts) {
             for one in placed {
                 let rectangle = if self.config.rejection { one.rectangle } else { Rectangle::EMPTY };
                 let lists = cells.lists(one.range).map(|(list, _)| list);
+                if self.config.count_relevant {
+                    let lists = cells.lists(one.range).map(|(list, _)| list);
+                    stats.relevant +=
+                        self.count_relevant::<S, M>(one, &cells.entries, lists, &mut worker.samples);
+                }
                 self.answer_one::<S, M>(
                     one,
                     rectangle,
@@ -436,10 +458,6 @@ impl Chunk<'_> {
         let members = &mut members[..placed.len()];
         let count = shared.entries.triangles.len();
         let party = Party { placed, waiting, stats };
-        if !self.config.shafts {
-            self.answer_each::<S, M>(members, &shared.entries, samples, party);
-            return;
-        }
         if count <= MANY {
             let hull = self.hull(members);
             shared.fetch(self.triangles);
@@ -534,6 +552,32 @@ impl Chunk<'_> {
             let list = std::iter::once(0..entries.triangles.len());
             self.answer_one::<S, M>(one, one.rectangle, entries, list, samples, party.waiting, party.stats);
         }
+    }
+
+    /// Pairs in which the triangle hides a sample that the receiver wants.
+    fn count_relevant<S: Simd, M: Samples>(
+        &mut self,
+        one: &Placed,
+        entries: &Entries,
+        lists: impl Iterator<Item = Range<usize>>,
+        samples: &mut M,
+    ) -> u64 {
+        let query = usize::from(one.query);
+        let slots = query * self.words..(query + 1) * self.words;
+        let (wanted, visible) = (&self.wanted[slots.clone()], &mut self.visible[slots]);
+        let (mut block, mut count) = (Block::EMPTY, 0);
+        for list in lists {
+            let task = |slot: usize| {
+                samples.aim::<S>(&self.queries[query], wanted);
+                block.set_lane(0, &self.triangles[entries.triangles[slot] as usize]);
+                samples.occlude::<S>(&block);
+                samples.write(visible);
+                count += u64::from(visible != wanted);
+                true
+            };
+            S::call(Cover { entries, list, rectangle: one.rectangle, task });
+        }
+        count
     }
 
     /// Answers one receiver from entries whose rectangles cover its own.

@@ -10,8 +10,9 @@ use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::Scene;
 
 use super::*;
-use crate::bvh::tests::meshes::{Numbers, answer, ask, cuboid, hall, lamp, scene, soup, sphere};
+use crate::bvh::tests::meshes::{Numbers, answer, ask, clusters, cuboid, hall, lamp, scene, soup, sphere};
 use crate::bvh::{Bvh, BvhRays};
+use crate::occluder::exact;
 
 fn patterns() -> [Pattern; 4] {
     [
@@ -76,7 +77,7 @@ fn compare(scene: &Scene, origins: &[Vec3]) -> VisibilityStats {
             let mut batch = ask(origins, pattern, sparse);
             let expected = answer(&mut BvhRays::new(bvh.clone()), scene, &mut batch);
             // Every combination at one size, every instruction set with one combination.
-            let one = configs().into_iter().take(if pattern.len() <= 64 { 7 } else { 1 });
+            let one = configs().into_iter().take(if pattern.len() <= 64 { configs().len() } else { 1 });
             let runs = one.map(|config| (config, Isa::best()));
             for (config, isa) in runs.chain(Isa::available().map(|isa| (Raster4dConfig::default(), isa))) {
                 let mut raster = prepared(config, scene, origins, isa);
@@ -103,6 +104,9 @@ fn hall_and_soup() {
     let hall = scene(&hall(), lamp(Vec3::new(4.0, 3.8, 8.0), 1.5));
     let counts = compare(&hall, &origins(200, Vec3::new(0.1, 0.01, 0.1), Vec3::new(7.9, 2.9, 15.9)));
     assert!(counts.kept > 0 && counts.kept < counts.pairs / 2, "{counts:?}");
+    let near = clusters(256, Vec3::new(0.1, 0.01, 0.1), Vec3::new(7.9, 2.9, 15.9));
+    let counts = compare(&hall, &near);
+    assert!(counts.listed > 0, "{counts:?}");
     compare(&scene(&soup(2000, 0.1), lamp(Vec3::Y * 1.5, 1.0)), &origins(200, Vec3::NEG_ONE, Vec3::ONE));
 }
 
@@ -153,12 +157,40 @@ fn what_cannot_be_done_is_said() {
         Raster4d::new(Raster4dConfig { framebuffer: 0, ..Raster4dConfig::default() }).unwrap_err(),
         Raster4dError::Framebuffer(0)
     );
+    let counting = Raster4dConfig { count_relevant: true, ..Raster4dConfig::default() };
+    assert_eq!(Raster4d::new(counting).unwrap_err(), Raster4dError::Relevant);
     let raster = Raster4d::new(Raster4dConfig::default()).unwrap();
     let jittered = Pattern::with_count(PatternKind::Jittered, 64).unwrap();
     assert!(raster.supports(jittered).unwrap_err().to_string().contains("shifted-rows"));
     let long = Pattern { kind: PatternKind::Grid, columns: 100, rows: 1 };
     assert!(raster.supports(long).unwrap_err().to_string().contains("64 columns"));
     assert_eq!(raster.supports(patterns()[3]), Ok(()));
+}
+
+#[test]
+fn relevant_pairs_are_those_that_hide_something() {
+    let corners = soup(300, 0.4);
+    let scene = scene(&corners, lamp(Vec3::Y * 1.5, 1.0));
+    let origins = origins(40, Vec3::NEG_ONE, Vec3::ONE);
+    let config = Raster4dConfig { shafts: false, count_relevant: true, ..Raster4dConfig::default() };
+    let mut batch = ask(&origins, patterns()[0], true);
+    let expected = answer(&mut BvhRays::new(Arc::new(Bvh::build(&scene.mesh).unwrap())), &scene, &mut batch);
+    let mut raster = prepared(config, &scene, &origins, Isa::best());
+    assert_eq!(answer(&mut raster, &scene, &mut batch), expected);
+    let mut relevant = 0;
+    for (number, query) in batch.queries().iter().enumerate() {
+        for &corners in &corners {
+            let hidden = |sample: usize| {
+                let end = scene.lights[0].point(batch.pattern().position(sample, query.key));
+                batch.wanted(number)[sample / 64] >> (sample % 64) & 1 == 1
+                    && exact::meets(query.origin, end, corners)
+            };
+            relevant += u64::from((0..batch.pattern().len()).any(hidden));
+        }
+    }
+    let stats = raster.stats();
+    assert_eq!(stats.relevant, relevant);
+    assert!(relevant > 0 && relevant <= stats.kept, "{stats:?}");
 }
 
 #[test]

@@ -185,3 +185,18 @@ pub(crate) fn patterns() -> impl Iterator<Item = Pattern> {
     .into_iter()
     .map(|(kind, count)| Pattern::with_count(kind, count).unwrap())
 }
+
+/// Origins in clusters of 64, like the pixels of a tile, inside the box; clusters of very different sizes.
+pub(crate) fn clusters(count: usize, low: Vec3, high: Vec3) -> Vec<Vec3> {
+    let mut numbers = Numbers(5);
+    let (mut middle, mut size) = (low, 0.0);
+    (0..count)
+        .map(|index| {
+            if index % 64 == 0 {
+                middle = low + (numbers.point() * 0.5 + 0.5) * (high - low);
+                size = 10f32.powf(-4.0 * numbers.next());
+            }
+            (middle + numbers.point() * (high - low) * size * 0.2).clamp(low, high)
+        })
+        .collect()
+}
