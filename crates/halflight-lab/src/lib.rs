@@ -1,7 +1,9 @@
 //! The research toolkit: image files, pictures, references and experiments.
 
 pub mod ablate;
+mod culled;
 pub mod exr_file;
+pub mod failure;
 pub mod picture;
 pub mod reference;
 

@@ -15,21 +15,21 @@ use halflight_core::fragment::Fragments;
 use halflight_core::frame::{Frame, LightSampling, Sharing};
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::light::AreaLight;
-use halflight_core::mask::MaskBatch;
-use halflight_core::pattern::{Pattern, PatternKind};
+use halflight_core::pattern::PatternKind;
 use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::Scene;
-use halflight_core::stages::{Refiner, Visibility};
+use halflight_core::stages::Refiner;
 use halflight_cpu::bvh::{Bvh, BvhRays};
 use halflight_cpu::config::{PipelineConfig, RefinerConfig};
+use halflight_cpu::gbuffer;
 use halflight_cpu::irradiance::{Sums, query_sums};
 use halflight_cpu::pipeline::PipelineError;
 use halflight_cpu::refine::Full;
 use halflight_cpu::unshadowed::unshadowed;
-use halflight_cpu::{gbuffer, horizon};
 use halflight_metrics::{CompareError, Image, ImageError, WriteError, halves_noise};
 use rayon::prelude::*;
 
+use crate::culled::Culled;
 use state::State;
 
 mod state;
@@ -213,23 +213,6 @@ impl<'a> Tracer<'a> {
         }
         state.passes += 1;
         Ok(())
-    }
-}
-
-/// Leaves out the rays that a horizon rules out: they count as nothing in all sums.
-struct Culled<'a> {
-    inner: &'a mut BvhRays,
-    light: &'a AreaLight,
-}
-
-impl Visibility for Culled<'_> {
-    fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
-        horizon::cull(self.light, batch);
-        self.inner.masks(frame, batch);
-    }
-
-    fn supports(&self, pattern: Pattern) -> Result<(), halflight_core::stages::Unsupported> {
-        self.inner.supports(pattern)
     }
 }
 

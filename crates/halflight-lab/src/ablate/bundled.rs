@@ -16,14 +16,19 @@ pub const EXPERIMENTS: &[(&str, &str)] = experiments![
     "koa-fig8",
     "koa-table1",
     "light-samples",
+    "scaling-pixels",
+    "scaling-samples",
+    "scaling-triangles",
     "thresholds",
     "visibility",
     "voxel",
     "wang-table1",
     "wang-table2",
+    "wang-table3",
     "wang-table4",
     "wang-table5",
     "wang-table6",
+    "wang-table8",
 ];
 
 /// The text of an experiment.
@@ -57,14 +62,19 @@ mod tests {
             ("koa-fig8", 1, 3),
             ("koa-table1", 3, 1 + 2 + 2 + 3),
             ("light-samples", 3, 2 * 3 + 2 * (2 * 3 + 1) + 2 * (2 * 2 + 1)),
+            ("scaling-pixels", 2 * 4, 3),
+            ("scaling-samples", 2, 3 * 4),
+            ("scaling-triangles", 3 * 6, 3),
             ("thresholds", 1, (6 + 5 + 1 + 3) * 10 + 6),
             ("visibility", 4, 3 * 4),
-            ("voxel", 2, 6 + 3 + 4 * 2 + 2 * 2 + 1),
+            ("voxel", 4, 6 + 3 + 4 * 2 + 2 * 2 + 1),
             ("wang-table1", 6, 3),
             ("wang-table2", 4, 5),
+            ("wang-table3", 5, 2),
             ("wang-table4", 4, 3 * 4),
             ("wang-table5", 4 * 5, 3),
             ("wang-table6", 4, 4),
+            ("wang-table8", 5, 2 + 7 + 7),
         ];
         assert_eq!(counts, expected);
     }

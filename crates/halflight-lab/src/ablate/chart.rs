@@ -1,4 +1,4 @@
-//! Charts of finished rows: error against time, rays or the size of the light.
+//! Charts, and those of finished rows: error against time, rays or the size of the light.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use super::draw::{Canvas, SIZE, draw, font_is_there};
 use super::record::Finished;
 use super::{AblateError, pareto};
 
-/// A chart; y is an error on a logarithmic scale.
+/// A chart; y has a logarithmic scale.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
     /// Title.
@@ -54,9 +54,9 @@ pub struct Series {
 /// A row in a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
-    /// Time, rays or size.
+    /// Such as time, rays or size.
     pub x: f64,
-    /// Error.
+    /// Such as an error.
     pub y: f64,
     /// The row.
     pub name: String,
@@ -97,6 +97,11 @@ pub struct KeyGroup {
     pub entries: Vec<(Mark, String)>,
 }
 
+impl Shape {
+    /// All shapes.
+    pub const ALL: [Self; 4] = [Self::Circle, Self::Triangle, Self::Square, Self::Diamond];
+}
+
 impl Scale {
     pub(crate) fn apply(self, value: f64) -> f64 {
         match self {
@@ -107,7 +112,7 @@ impl Scale {
 }
 
 /// Okabe and Ito's colours, told apart by the colour-blind as well.
-const COLORS: [[u8; 3]; 7] = [
+pub(crate) const COLORS: [[u8; 3]; 7] = [
     [0xE6, 0x9F, 0x00],
     [0xCC, 0x79, 0xA7],
     [0xD5, 0x5E, 0x00],
@@ -120,8 +125,8 @@ const BLACK_INK: [u8; 3] = [0; 3];
 const GREY: [u8; 3] = [0x66; 3];
 const UPSAMPLERS: &str = "Colour: upsampler";
 
-/// Which mark a row gets: shape by refiner, colour by upsampler (or by light samples, where those vary more), filled for
-/// `ratio`.
+/// Which mark a row gets: shape by refiner, colour by upsampler (or by light samples or backend, where those vary more),
+/// filled for `ratio`.
 struct Marks {
     refiners: Vec<String>,
     colors: Vec<String>,
@@ -135,13 +140,24 @@ impl Marks {
         let sampled: fn(&Finished) -> String =
             |row| format!("{} / {}", row.record.pattern, row.record.sharing);
         let upsampled: fn(&Finished) -> String = |row| row.record.upsampler.clone();
-        let refined = rows.iter().filter(|row| row.record.refiner != "full").copied();
-        let (samples, upsamplers) = (distinct(rows.iter().copied(), sampled), distinct(refined, upsampled));
-        let (title, colors, colored) = if samples.len() > upsamplers.len() {
-            ("Colour: light samples", samples, sampled)
-        } else {
-            (UPSAMPLERS, upsamplers, upsampled)
+        let backend: fn(&Finished) -> String = |row| row.record.visibility.clone();
+        // The parameters of `full` are its backend's.
+        let set: fn(&Finished) -> String = |row| {
+            let full = row.record.refiner == "full";
+            let parameters = if full { &row.record.parameters } else { "" };
+            format!("{} {parameters}", row.record.visibility).trim_end().to_string()
         };
+        let refined = rows.iter().filter(|row| row.record.refiner != "full").copied();
+        let all = || rows.iter().copied();
+        let (mut title, mut colors, mut colored) = (UPSAMPLERS, distinct(refined, upsampled), upsampled);
+        for (other, by) in
+            [("Colour: light samples", sampled), ("Colour: backend", backend), ("Colour: backend", set)]
+        {
+            let found = distinct(all(), by);
+            if found.len() > colors.len() && found.len() <= COLORS.len() {
+                (title, colors, colored) = (other, found, by);
+            }
+        }
         let mut refiners = distinct(rows.iter().copied(), |row| row.record.refiner.clone());
         refiners.sort_by_key(|refiner| RefinerConfig::NAMES.iter().position(|known| known == refiner));
         Self {
@@ -408,6 +424,19 @@ mod tests {
             assert!(folder.join(name).is_file(), "{name} is missing");
         }
         std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn colours_tell_backends_apart_where_these_vary_most() {
+        let mut rows = rows();
+        for (row, name) in rows.iter_mut().zip(["bvh", "beam", "raster4d", "voxel"]) {
+            row.record.visibility = name.to_string();
+        }
+        let chart = errors("Backends".to_string(), &rows.iter().collect::<Vec<_>>(), Against::Time);
+        assert_eq!(chart.key[1].title, "Colour: backend");
+        let colors: std::collections::BTreeSet<[u8; 3]> =
+            chart.series.iter().map(|series| series.mark.rgb).collect();
+        assert_eq!(colors.len(), 4);
     }
 
     #[test]

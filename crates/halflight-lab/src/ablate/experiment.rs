@@ -4,10 +4,11 @@ use std::path::Path;
 
 use halflight_core::frame::Sharing;
 use halflight_core::pattern::PatternKind;
-use halflight_cpu::config::{Named, UpsamplerConfig};
+use halflight_cpu::config::{Named, UpsamplerConfig, VisibilityConfig};
 use halflight_cpu::irradiance::Shading;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
+use super::paper::Paper;
 use super::{AblateError, bundled};
 
 /// An experiment: scenes, grids of pipelines, how often and against what.
@@ -21,8 +22,9 @@ pub struct Experiment {
     pub title: String,
     /// What is varied, and why.
     pub description: String,
-    /// Image width and height, pixels.
-    pub size: [u32; 2],
+    /// Image widths and heights, pixels: `size` in the file, a pair or a list of pairs.
+    #[serde(rename = "size", deserialize_with = "pairs")]
+    pub sizes: Vec<[u32; 2]>,
     /// Timed frames a row; one more is rendered before and not timed.
     pub repetitions: u32,
     /// Seed of the rows.
@@ -39,6 +41,15 @@ pub struct Experiment {
     /// Also draws Koa17's error maps: squared error in red, times this factor.
     #[serde(default)]
     pub squared_error_factor: Option<f32>,
+    /// A constant of a backend: also draws errors against it, over the rows that set it alone.
+    #[serde(default)]
+    pub sweep: Option<String>,
+    /// A visibility backend: also names, for each row of another, its row of nearest time.
+    #[serde(default)]
+    pub equal_time: Option<String>,
+    /// Also draws how time grows, with fitted slopes.
+    #[serde(default)]
+    pub scaling: Option<Scaling>,
     /// The scenes.
     #[serde(rename = "scene")]
     pub scenes: Vec<SceneChoice>,
@@ -58,6 +69,26 @@ pub struct ReferenceChoice {
     pub samples: u32,
     /// Their seed; must not be the rows'.
     pub seed: u32,
+}
+
+/// What time is set against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scaling {
+    /// What grows.
+    pub axis: Axis,
+}
+
+/// What an experiment on scaling makes larger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Axis {
+    /// Light samples of a full mask.
+    Samples,
+    /// Triangles of a scene, by its parameters.
+    Triangles,
+    /// Pixels of the image.
+    Pixels,
 }
 
 /// A scene, possibly changed.
@@ -100,74 +131,17 @@ pub struct Grid {
     pub sharings: Vec<Sharing>,
 }
 
-/// Figures that a paper gives.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Paper {
-    /// Paper, table or figure.
-    pub source: String,
-    /// In what its figures and ours differ.
-    pub differs: String,
-    /// Also measure against a reference of so many samples a pixel, as the paper does.
-    #[serde(default)]
-    pub reference_samples: Option<u32>,
-    /// Its figures; there may be none to print.
-    #[serde(default, rename = "row")]
-    pub rows: Vec<PaperRow>,
-}
-
-/// One row of a paper's table, and which of our rows stand beside it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PaperRow {
-    /// What the paper calls it.
-    pub label: String,
-    /// Our scene.
-    pub scene: String,
-    /// Our refiner.
-    pub refiner: String,
-    /// Our visibility backend, if only one is meant.
-    #[serde(default)]
-    pub visibility: Option<String>,
-    /// Our constants, as in the column `parameters`, if only one set is meant.
-    #[serde(default)]
-    pub parameters: Option<String>,
-    /// Our light samples, if only one number is meant.
-    #[serde(default)]
-    pub samples: Option<u32>,
-    /// Our upsampler, if only one is meant.
-    #[serde(default)]
-    pub upsampler: Option<String>,
-    /// Our shading, if only one is meant.
-    #[serde(default)]
-    pub shading: Option<String>,
-    /// Our light scale, if only one is meant.
-    #[serde(default)]
-    pub light_scale: Option<f32>,
-    /// Triangles.
-    #[serde(default)]
-    pub triangles: Option<u64>,
-    /// Fragments.
-    #[serde(default)]
-    pub fragments: Option<u64>,
-    /// Visibility rays.
-    #[serde(default)]
-    pub rays: Option<u64>,
-    /// Visibility tests, ms.
-    #[serde(default)]
-    pub visibility_ms: Option<f64>,
-    /// Upsampling, ms.
-    #[serde(default)]
-    pub upsample_ms: Option<f64>,
-    /// All, ms.
-    #[serde(default)]
-    pub total_ms: Option<f64>,
-    /// Sum of squared errors of an image in 0 … 1.
-    #[serde(default)]
-    pub sse: Option<f64>,
-    /// SSE over the sum of the reference.
-    #[serde(default)]
-    pub nmse: Option<f64>,
+fn pairs<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<[u32; 2]>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged, expecting = "expected [width, height] or a list of such pairs")]
+    enum Pairs {
+        One([u32; 2]),
+        Several(Vec<[u32; 2]>),
+    }
+    Ok(match Pairs::deserialize(from)? {
+        Pairs::One(pair) => vec![pair],
+        Pairs::Several(pairs) => pairs,
+    })
 }
 
 fn one() -> Vec<f32> {
@@ -179,7 +153,7 @@ fn error_scale() -> f32 {
 }
 
 fn visibility() -> Vec<toml::Table> {
-    let name = halflight_cpu::config::VisibilityConfig::default().name();
+    let name = VisibilityConfig::default().name();
     vec![toml::Table::from_iter([("name".to_string(), name.into())])]
 }
 
@@ -237,9 +211,13 @@ impl Experiment {
         self.scenes = names.iter().map(plain).collect();
     }
 
-    /// The small version: a sixteenth of 640 × 480, one timed frame. Says that everything works, not how fast it is.
+    /// The small version: a sixteenth of 640 × 480 (of each size where there are several), one timed frame. Says that
+    /// everything works, not how fast it is.
     pub fn make_quick(&mut self) {
-        self.size = [160, 120];
+        match self.sizes.as_mut_slice() {
+            [size] => *size = [160, 120],
+            sizes => sizes.as_flattened_mut().iter_mut().for_each(|side| *side = (*side / 4).max(1)),
+        }
         self.repetitions = 1;
         self.scenes.iter_mut().for_each(|scene| scene.repetitions = None);
     }
@@ -249,18 +227,8 @@ impl Experiment {
         self.scenes.get(scene).and_then(|choice| choice.repetitions).unwrap_or(self.repetitions)
     }
 
-    /// Image width in pixels.
-    pub fn width(&self) -> u32 {
-        self.size[0]
-    }
-
-    /// Image height in pixels.
-    pub fn height(&self) -> u32 {
-        self.size[1]
-    }
-
     fn check(&self) -> Result<(), String> {
-        if self.size.contains(&0) {
+        if self.sizes.as_flattened().contains(&0) {
             return Err("size is 0 wide or high, expected at least [1, 1]".to_string());
         }
         if self.repetitions == 0 || self.scenes.iter().any(|scene| scene.repetitions == Some(0)) {
@@ -282,6 +250,9 @@ impl Experiment {
             ));
         }
         let empty = |list: &str| Err(format!("{list} is empty, expected at least one entry"));
+        if self.sizes.is_empty() {
+            return empty("size");
+        }
         if self.light_scales.is_empty() {
             return empty("light_scales");
         }
@@ -305,7 +276,19 @@ impl Experiment {
                 return empty(&format!("grid {number}: {list}"));
             }
         }
-        super::plan::rows(self).map(|_| ())
+        if let Some(name) = &self.equal_time
+            && VisibilityConfig::named(name).is_none()
+        {
+            let known = VisibilityConfig::NAMES.join(", ");
+            return Err(format!("equal_time is `{name}`, expected a visibility backend: {known}"));
+        }
+        let rows = super::plan::rows(self)?;
+        if let Some(constant) = &self.sweep
+            && !rows.iter().any(|row| super::sweep::value(&row.parameters, constant).is_some())
+        {
+            return Err(format!("sweep is `{constant}`, but no row sets this constant alone, to a number"));
+        }
+        Ok(())
     }
 }
 
@@ -338,7 +321,12 @@ mod tests {
     fn a_small_one_parses() {
         let experiment = Experiment::parse(SMALL, "folder/small.toml").unwrap();
         assert_eq!(experiment.name, "small");
-        assert_eq!(experiment.light_scales, [1.0]);
+        assert_eq!((experiment.light_scales, experiment.sizes), (vec![1.0], vec![[64, 48]]));
+        let several = SMALL.replace("[64, 48]", "[[64, 48], [128, 96]]");
+        let mut experiment = Experiment::parse(&several, "small.toml").unwrap();
+        assert_eq!(experiment.sizes, [[64, 48], [128, 96]]);
+        experiment.make_quick();
+        assert_eq!(experiment.sizes, [[16, 12], [32, 24]]);
     }
 
     #[test]
@@ -353,6 +341,13 @@ mod tests {
         assert!(same.contains("reference.seed is 0"), "{same}");
         let empty = fault(&SMALL.replace("[4]", "[]"));
         assert!(empty.contains("grid 1: samples is empty"), "{empty}");
+        let size = fault(&SMALL.replace("[64, 48]", "[64]"));
+        assert!(size.contains("line 4") && size.contains("a list of such pairs"), "{size}");
+        let with = |line: &str| fault(&SMALL.replace("repetitions = 1", &format!("repetitions = 1\n{line}")));
+        let sweep = with("sweep = \"resolution\"");
+        assert!(sweep.contains("no row sets this constant alone"), "{sweep}");
+        let backend = with("equal_time = \"rays\"");
+        assert!(backend.contains("`rays`") && backend.contains("bvh, raster4d"), "{backend}");
         let count = fault(&SMALL.replace("[4]", "[5000]"));
         assert!(count.contains("5000 light samples"), "{count}");
     }

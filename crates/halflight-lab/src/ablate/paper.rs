@@ -1,64 +1,172 @@
 //! A paper's figures with ours below them.
 
-use super::experiment::{Paper, PaperRow};
+use serde::{Deserialize, Serialize};
+
+use super::equal_time::rival;
 use super::record::Finished;
+use super::table::{Line, Table};
 
-/// Titles of the columns.
-pub const COLUMNS: [&str; 12] = [
-    "row",
-    "scene",
-    "triangles",
-    "fragments",
-    "rays",
-    "visibility ms",
-    "upsampling ms",
-    "total ms",
-    "SSE",
-    "NMSE",
-    "SSE, paper's kind of reference",
-    "NMSE, paper's kind of reference",
-];
-
-/// A line of the table.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Line {
-    /// Whether the paper says it, or we.
-    pub from_paper: bool,
-    /// One text a column; empty where there is no figure.
-    pub cells: [String; COLUMNS.len()],
+/// Figures that a paper gives.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Paper {
+    /// Paper, table or figure.
+    pub source: String,
+    /// In what its figures and ours differ.
+    pub differs: String,
+    /// Also measure against a reference of so many samples a pixel, as the paper does.
+    #[serde(default)]
+    pub reference_samples: Option<u32>,
+    /// Its figures; there may be none to print.
+    #[serde(default, rename = "row")]
+    pub rows: Vec<PaperRow>,
 }
 
-/// The paper's rows, each followed by those of ours that stand for it. Its errors are against its own kind of reference.
-pub fn lines(paper: &Paper, rows: &[Finished]) -> Vec<Line> {
-    let mut lines = Vec::new();
+/// One row of a paper's table, and which of our rows stand beside it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PaperRow {
+    /// What the paper calls it.
+    pub label: String,
+    /// Our scene.
+    pub scene: String,
+    /// Our refiner.
+    pub refiner: String,
+    /// Our visibility backend, if only one is meant.
+    #[serde(default)]
+    pub visibility: Option<String>,
+    /// Our constants, as in the column `parameters`, if only one set is meant.
+    #[serde(default)]
+    pub parameters: Option<String>,
+    /// Our light samples, if only one number is meant.
+    #[serde(default)]
+    pub samples: Option<u32>,
+    /// Our upsampler, if only one is meant.
+    #[serde(default)]
+    pub upsampler: Option<String>,
+    /// Our shading, if only one is meant.
+    #[serde(default)]
+    pub shading: Option<String>,
+    /// Our light scale, if only one is meant.
+    #[serde(default)]
+    pub light_scale: Option<f32>,
+    /// Triangles.
+    #[serde(default)]
+    pub triangles: Option<u64>,
+    /// Fragments.
+    #[serde(default)]
+    pub fragments: Option<u64>,
+    /// Visibility rays.
+    #[serde(default)]
+    pub rays: Option<u64>,
+    /// Visibility tests, ms.
+    #[serde(default)]
+    pub visibility_ms: Option<f64>,
+    /// Upsampling, ms.
+    #[serde(default)]
+    pub upsample_ms: Option<f64>,
+    /// All, ms.
+    #[serde(default)]
+    pub total_ms: Option<f64>,
+    /// Preparation of the backend, once a frame, ms: STEP 4 of Wang17.
+    #[serde(default)]
+    pub prepare_ms: Option<f64>,
+    /// Visibility without that, ms: STEP 5 of Wang17.
+    #[serde(default)]
+    pub masks_ms: Option<f64>,
+    /// Light samples that ray tracing has time for in the same time.
+    #[serde(default)]
+    pub equal_time_samples: Option<u32>,
+    /// Sum of squared errors of an image in 0 … 1.
+    #[serde(default)]
+    pub sse: Option<f64>,
+    /// SSE over the sum of the reference.
+    #[serde(default)]
+    pub nmse: Option<f64>,
+}
+
+/// A column: what the paper says in it, and what we do.
+struct Column {
+    title: &'static str,
+    /// Left out where the paper's rows have no figure for it.
+    optional: bool,
+    theirs: fn(&Paper, &PaperRow) -> String,
+    ours: fn(&Finished, &[Finished]) -> String,
+}
+
+const fn always(
+    title: &'static str,
+    theirs: fn(&Paper, &PaperRow) -> String,
+    ours: fn(&Finished, &[Finished]) -> String,
+) -> Column {
+    Column { title, optional: false, theirs, ours }
+}
+
+const fn where_given(
+    title: &'static str,
+    theirs: fn(&Paper, &PaperRow) -> String,
+    ours: fn(&Finished, &[Finished]) -> String,
+) -> Column {
+    Column { title, optional: true, theirs, ours }
+}
+
+/// The paper's errors are against its own kind of reference.
+const COLUMNS: [Column; 15] = [
+    always("row", |paper, row| format!("{}: {}", paper.source, row.label), |row, _| row.label.clone()),
+    always("scene", |_, _| String::new(), |row, _| row.record.scene.clone()),
+    always("triangles", |_, row| integer(row.triangles), |row, _| integer(Some(row.record.triangles))),
+    always("fragments", |_, row| integer(row.fragments), |row, _| integer(Some(row.record.fragments))),
+    always("rays", |_, row| integer(row.rays), |row, _| integer(Some(row.record.rays))),
+    where_given("preparation ms", |_, row| time(row.prepare_ms), |row, _| time(Some(row.record.prepare_ms))),
+    where_given(
+        "masks ms",
+        |_, row| time(row.masks_ms),
+        |row, _| time(Some(row.record.visibility_ms - row.record.prepare_ms)),
+    ),
+    always("visibility ms", |_, row| time(row.visibility_ms), |row, _| time(Some(row.record.visibility_ms))),
+    always("upsampling ms", |_, row| time(row.upsample_ms), |row, _| time(Some(row.record.upsample_ms))),
+    always("total ms", |_, row| time(row.total_ms), |row, _| time(Some(row.record.total_ms))),
+    where_given(
+        "light samples of ray tracing in the same time",
+        |_, row| integer(row.equal_time_samples.map(u64::from)),
+        |row, rows| integer(rival(rows, row, "bvh").map(|rival| u64::from(rival.record.samples))),
+    ),
+    always("SSE", |_, _| String::new(), |row, _| error(Some(row.normalised_sse))),
+    always("NMSE", |_, _| String::new(), |row, _| error(Some(row.record.nmse))),
+    always(
+        "SSE, paper's kind of reference",
+        |_, row| error(row.sse),
+        |row, _| error(row.paper.map(|paper| paper.sse)),
+    ),
+    always(
+        "NMSE, paper's kind of reference",
+        |_, row| error(row.nmse),
+        |row, _| error(row.paper.map(|paper| paper.nmse)),
+    ),
+];
+
+/// The paper's rows, each followed by those of ours that stand for it.
+pub fn table(paper: &Paper, rows: &[Finished]) -> Table {
+    let given = |column: &Column| paper.rows.iter().any(|theirs| !(column.theirs)(paper, theirs).is_empty());
+    let columns: Vec<Column> =
+        COLUMNS.into_iter().filter(|column| !column.optional || given(column)).collect();
+    let mut table =
+        Table { columns: columns.iter().map(|column| column.title.to_string()).collect(), lines: Vec::new() };
     for theirs in &paper.rows {
-        lines.push(Line {
-            from_paper: true,
-            cells: [
-                format!("{}: {}", paper.source, theirs.label),
-                String::new(),
-                integer(theirs.triangles),
-                integer(theirs.fragments),
-                integer(theirs.rays),
-                time(theirs.visibility_ms),
-                time(theirs.upsample_ms),
-                time(theirs.total_ms),
-                String::new(),
-                String::new(),
-                error(theirs.sse),
-                error(theirs.nmse),
-            ],
-        });
-        lines.extend(rows.iter().filter(|row| stands_for(row, theirs)).map(ours));
+        let cells = columns.iter().map(|column| (column.theirs)(paper, theirs));
+        table.lines.push(Line { from_paper: true, cells: cells.collect() });
+        for row in rows.iter().filter(|row| stands_for(row, theirs)) {
+            let cells = columns.iter().map(|column| (column.ours)(row, rows));
+            table.lines.push(Line { from_paper: false, cells: cells.collect() });
+        }
     }
-    lines
+    table
 }
 
 fn stands_for(row: &Finished, theirs: &PaperRow) -> bool {
     let record = &row.record;
-    let scene = record.scene.split(' ').next() == Some(theirs.scene.as_str());
     let is = |wanted: &Option<String>, have: &str| wanted.as_deref().is_none_or(|wanted| wanted == have);
-    scene
+    record.scene_name() == theirs.scene
         && record.refiner == theirs.refiner
         && is(&theirs.visibility, &record.visibility)
         && is(&theirs.parameters, &record.parameters)
@@ -66,27 +174,6 @@ fn stands_for(row: &Finished, theirs: &PaperRow) -> bool {
         && is(&theirs.upsampler, &record.upsampler)
         && is(&theirs.shading, &record.shading)
         && theirs.light_scale.is_none_or(|scale| scale == record.light_scale)
-}
-
-fn ours(row: &Finished) -> Line {
-    let record = &row.record;
-    Line {
-        from_paper: false,
-        cells: [
-            row.label.clone(),
-            record.scene.clone(),
-            integer(Some(record.triangles)),
-            integer(Some(record.fragments)),
-            integer(Some(record.rays)),
-            time(Some(record.visibility_ms)),
-            time(Some(record.upsample_ms)),
-            time(Some(record.total_ms)),
-            error(Some(row.normalised_sse)),
-            error(Some(record.nmse)),
-            error(row.paper.map(|paper| paper.sse)),
-            error(row.paper.map(|paper| paper.nmse)),
-        ],
-    }
 }
 
 /// Digits in groups of three.
@@ -130,11 +217,25 @@ mod tests {
         let paper = Experiment::resolve("koa-table1").unwrap().paper.unwrap();
         let mut ours = finished("nichols", "bilinear", 80.0, 3e-3);
         ours.record.scene = "hairball triangles=2850000".to_string();
-        let lines = lines(&paper, &[ours]);
-        assert_eq!(lines.len(), 9 + 1);
+        let table = table(&paper, &[ours]);
+        let lines = &table.lines;
+        assert_eq!((lines.len(), table.columns.len()), (9 + 1, 12));
         let place = lines.iter().position(|line| !line.from_paper).unwrap();
         assert!(lines[place - 1].cells[0].contains("14b") && lines[place - 1].cells[4] == "5,450,000");
         assert_eq!(lines[place].cells[7], "80.0");
+    }
+
+    #[test]
+    fn columns_without_a_figure_of_the_paper_s_can_be_left_out() {
+        let paper = Experiment::resolve("wang-table3").unwrap().paper.unwrap();
+        let mut ours = finished("full", "bilinear", 80.0, 3e-3);
+        (ours.record.scene, ours.record.visibility) = ("tower".to_string(), "raster4d".to_string());
+        let table = table(&paper, &[ours]);
+        let place = table.columns.iter().position(|column| column == "masks ms").unwrap();
+        assert!(!table.columns.iter().any(|column| column.contains("same time")));
+        let tower = table.lines.iter().position(|line| !line.from_paper).unwrap();
+        assert_eq!(table.lines[tower - 1].cells[place - 1..=place], ["16.0", "72.0"]);
+        assert_eq!(table.lines[tower].cells[place - 1..=place], ["0.25", "0.45"]);
     }
 
     #[test]

@@ -12,13 +12,15 @@ use serde::Serialize;
 use super::experiment::{Experiment, SceneChoice};
 use super::{AblateError, constants};
 
-/// A scene under a light: what has a reference of its own.
+/// A scene under a light at a size: what has a reference of its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
     /// Index of the scene in the experiment.
     pub scene: usize,
     /// Factor on the lights' edges.
     pub light_scale: f32,
+    /// Image width and height, pixels.
+    pub size: [u32; 2],
     /// Name for titles, without the folders of a path.
     pub label: String,
     /// Name for files.
@@ -38,13 +40,16 @@ pub struct Row {
 pub fn settings(experiment: &Experiment) -> Vec<Setting> {
     let mut settings = Vec::new();
     for (scene, choice) in experiment.scenes.iter().enumerate() {
-        for &light_scale in &experiment.light_scales {
+        for (&light_scale, &size) in iproduct!(&experiment.light_scales, &experiment.sizes) {
             let mut label = scene_label(choice);
             if experiment.light_scales.len() > 1 {
                 label.push_str(&format!(" light ×{light_scale}"));
             }
+            if let ([width, height], 2..) = (size, experiment.sizes.len()) {
+                label.push_str(&format!(" {width}×{height}"));
+            }
             let slug = slug(&label.replace('×', "x"));
-            settings.push(Setting { scene, light_scale, label, slug });
+            settings.push(Setting { scene, light_scale, size, label, slug });
         }
     }
     settings
@@ -61,13 +66,14 @@ pub fn scene_label(choice: &SceneChoice) -> String {
     label
 }
 
-/// All pipelines of an experiment, grid by grid.
+/// All pipelines of an experiment, grid by grid, at its first size.
 ///
 /// # Errors
 /// What a grid says wrong; a pipeline that occurs twice.
 pub fn rows(experiment: &Experiment) -> Result<Vec<Row>, String> {
     let mut rows = Vec::new();
     let mut seen = BTreeSet::new();
+    let [width, height] = experiment.sizes.first().copied().unwrap_or_default();
     for (number, grid) in (1..).zip(&experiment.grids) {
         let at = |message: String| format!("grid {number}: {message}");
         let refiners = expand_all::<RefinerConfig>(&grid.refiners).map_err(at)?;
@@ -80,8 +86,8 @@ pub fn rows(experiment: &Experiment) -> Result<Vec<Row>, String> {
             iproduct!(&refiners, &visibilities, &samplings, &grid.shadings, &grid.upsamplers)
         {
             let config = PipelineConfig {
-                width: experiment.width(),
-                height: experiment.height(),
+                width,
+                height,
                 refiner: refiner.stage,
                 visibility: visibility.stage,
                 upsampler,
@@ -154,6 +160,12 @@ impl Row {
         Self { config, parameters: String::new() }
     }
 
+    /// The same at another size.
+    #[must_use]
+    pub fn sized(&self, [width, height]: [u32; 2]) -> Self {
+        Self { config: PipelineConfig { width, height, ..self.config }, ..self.clone() }
+    }
+
     /// Everything that decides on fragments and masks, for files: rows that differ in upsampler and shading alone
     /// have the same.
     pub fn fragments_slug(&self) -> String {
@@ -178,14 +190,18 @@ impl Row {
     pub fn label(&self) -> String {
         let sampling = self.config.sampling;
         let mut parts = vec![self.config.refiner.name().to_string()];
-        if self.config.refiner == RefinerConfig::Full {
+        let full = self.config.refiner == RefinerConfig::Full;
+        let parameters = (!self.parameters.is_empty()).then(|| self.parameters.clone());
+        if full {
             parts.push(sampling.count.to_string());
         } else {
-            parts.extend((!self.parameters.is_empty()).then(|| self.parameters.clone()));
+            parts.extend(parameters.clone());
             parts.push(self.config.upsampler.name().to_string());
         }
         parts.push(word(self.config.shading));
         parts.extend(backend(&self.config).map(str::to_string));
+        // Those of `full` are its backend's.
+        parts.extend(parameters.filter(|_| full));
         let usual = LightSampling::default();
         if (sampling.kind, sampling.sharing) != (usual.kind, usual.sharing) {
             parts.push(format!("{}/{}", word(sampling.kind), word(sampling.sharing)));
@@ -224,6 +240,18 @@ mod tests {
         let mut experiment = Experiment::resolve("default").unwrap();
         experiment.set_scenes(&["/some/where/hall.toml".to_string()]);
         assert_eq!(settings(&experiment)[0].label, "hall");
+    }
+
+    #[test]
+    fn sizes_are_settings_and_parameters_are_in_labels() {
+        let mut experiment = Experiment::resolve("voxel").unwrap();
+        experiment.sizes = vec![[64, 48], [128, 96]];
+        let (settings, rows) = plan(&experiment).unwrap();
+        assert_eq!((settings[1].slug.as_str(), settings[1].size), ("atrium-128x96", [128, 96]));
+        let row = rows[0].sized(settings[1].size);
+        assert_eq!((row.config.width, row.config.height, row.slug()), (128, 96, rows[0].slug()));
+        let labels: BTreeSet<String> = rows.iter().map(Row::label).collect();
+        assert_eq!(labels.len(), rows.len());
     }
 
     #[test]

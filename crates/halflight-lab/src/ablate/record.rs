@@ -4,13 +4,15 @@ use halflight_cpu::config::Named;
 use std::path::Path;
 
 use halflight_core::fragment::LEVELS;
-use halflight_core::stats::{FrameStats, StageTimes};
+use halflight_core::stats::FrameStats;
 use halflight_metrics::{Comparison, write_atomically};
 use serde::{Deserialize, Serialize};
 
 use super::AblateError;
 use super::plan::{Row, Setting, word};
 use super::provenance::Provenance;
+use super::timing::Medians;
+use crate::failure::Failures;
 
 /// A reference's error must be this many times below an error measured against it.
 pub const NOISE_MARGIN: f64 = 16.0;
@@ -99,6 +101,61 @@ pub struct Record {
     pub commit: String,
     /// Processor, cores and system.
     pub machine: String,
+    /// Preparation of the backend, once a frame; part of `visibility_ms`.
+    #[serde(default)]
+    pub prepare_ms: f64,
+    /// Receivers proved to see all of the light; these counts are those of [`VisibilityStats`](halflight_core::stats::VisibilityStats).
+    #[serde(default)]
+    pub lit: u64,
+    /// Receivers proved to see nothing of it.
+    #[serde(default)]
+    pub umbra: u64,
+    /// Rays that these proofs spared.
+    #[serde(default)]
+    pub spared: u64,
+    /// Receivers that shared a list of triangles.
+    #[serde(default)]
+    pub listed: u64,
+    /// Receivers that walked the hierarchy by themselves.
+    #[serde(default)]
+    pub walked: u64,
+    /// Receivers left to rays.
+    #[serde(default)]
+    pub left_to_rays: u64,
+    /// Triangle entries in the framebuffer's cells.
+    #[serde(default)]
+    pub entries: u64,
+    /// Pairs of a receiver and a triangle that shared a cell.
+    #[serde(default)]
+    pub pairs: u64,
+    /// Pairs left after rejection.
+    #[serde(default)]
+    pub kept: u64,
+    /// Receivers that looked at all triangles.
+    #[serde(default)]
+    pub unprojected: u64,
+    /// Mean visible fraction that voxel marching takes away where it is too dark, over all receivers; this and what
+    /// follows is empty where rows are not `full` and `voxel`.
+    #[serde(default)]
+    pub false_shadow: Option<f64>,
+    /// Mean visible fraction that it adds where it is too bright, over all receivers.
+    #[serde(default)]
+    pub false_light: Option<f64>,
+    /// Share of the receivers whose visible fraction is off by more than [`OFF`](crate::failure::OFF).
+    #[serde(default)]
+    pub off_share: Option<f64>,
+    /// Those of them whose rays end at the receiver itself.
+    #[serde(default)]
+    pub self_occlusion: Option<u64>,
+    /// Those behind geometry thinner than its voxels.
+    #[serde(default)]
+    pub thickness: Option<u64>,
+    /// Those shaded by what lies outside the grid.
+    #[serde(default)]
+    pub out_of_view: Option<u64>,
+    /// Those whose rays missed what lies in the grid.
+    #[serde(default)]
+    pub missed: Option<u64>,
 }
 
 /// A finished row.
@@ -139,16 +196,18 @@ pub(crate) struct Measured<'a> {
     pub(crate) setting: &'a Setting,
     pub(crate) row: &'a Row,
     pub(crate) stats: &'a FrameStats,
-    pub(crate) stages: StageTimes,
-    pub(crate) total_ms: f64,
+    pub(crate) times: Medians,
     pub(crate) errors: Comparison,
+    pub(crate) failures: Option<&'a Failures>,
     pub(crate) reference_noise: f64,
     pub(crate) provenance: &'a Provenance,
 }
 
 impl Measured<'_> {
     pub(crate) fn record(&self) -> Record {
-        let (config, stats, stages, errors) = (&self.row.config, self.stats, &self.stages, &self.errors);
+        let (config, stats, errors) = (&self.row.config, self.stats, &self.errors);
+        let Medians { stages, prepare, total } = self.times;
+        let (visibility, causes) = (&stats.visibility, self.failures.map(|failures| failures.counts));
         Record {
             experiment: self.experiment.to_string(),
             scene: self.scene.to_string(),
@@ -178,7 +237,7 @@ impl Measured<'_> {
             irradiance_ms: stages.irradiance,
             upsample_ms: stages.upsample,
             compose_ms: stages.compose,
-            total_ms: self.total_ms,
+            total_ms: total,
             sse: errors.sse,
             nmse: errors.nmse,
             nmse2: errors.nmse2,
@@ -189,11 +248,34 @@ impl Measured<'_> {
             reference_noise: self.reference_noise,
             commit: self.provenance.commit.clone(),
             machine: self.provenance.machine.clone(),
+            prepare_ms: prepare,
+            lit: visibility.lit,
+            umbra: visibility.umbra,
+            spared: visibility.spared,
+            listed: visibility.listed,
+            walked: visibility.walked,
+            left_to_rays: visibility.left_to_rays,
+            entries: visibility.entries,
+            pairs: visibility.pairs,
+            kept: visibility.kept,
+            unprojected: visibility.unprojected,
+            false_shadow: self.failures.map(|failures| failures.false_shadow),
+            false_light: self.failures.map(|failures| failures.false_light),
+            off_share: self.failures.map(Failures::off_share),
+            self_occlusion: causes.map(|counts| counts.self_occlusion),
+            thickness: causes.map(|counts| counts.thickness),
+            out_of_view: causes.map(|counts| counts.out_of_view),
+            missed: causes.map(|counts| counts.missed),
         }
     }
 }
 
 impl Record {
+    /// The scene's name without changed parameters.
+    pub fn scene_name(&self) -> &str {
+        self.scene.split(' ').next().unwrap_or_default()
+    }
+
     /// Whether the reference is too noisy for this row's error to be believed.
     pub fn near_noise(&self) -> bool {
         self.reference_noise * NOISE_MARGIN > self.nmse2
@@ -277,6 +359,24 @@ pub(crate) mod tests {
                 reference_noise: 1e-7,
                 commit: "abc1234".to_string(),
                 machine: "a processor, 2 cores, linux".to_string(),
+                prepare_ms: 0.25,
+                lit: 1,
+                umbra: 2,
+                spared: 3,
+                listed: 4,
+                walked: 5,
+                left_to_rays: 6,
+                entries: 7,
+                pairs: 8,
+                kept: 9,
+                unprojected: 10,
+                false_shadow: None,
+                false_light: None,
+                off_share: None,
+                self_occlusion: None,
+                thickness: None,
+                out_of_view: None,
+                missed: None,
             },
         }
     }
@@ -286,6 +386,7 @@ pub(crate) mod tests {
         let path = std::env::temp_dir().join(format!("halflight-record-{}.csv", std::process::id()));
         let mut equal = finished("full", "bilinear", 3.0, 0.0).record;
         equal.psnr = None;
+        (equal.false_shadow, equal.off_share, equal.missed) = (Some(1.0 / 3.0), Some(0.0), Some(7));
         equal.parameters = "a=1;b=\"x\", y".to_string();
         let records = vec![finished("nichols", "delaunay", 0.1 + 0.2, 1e-300).record, equal];
         write_csv(&path, &records).unwrap();
@@ -298,8 +399,22 @@ pub(crate) mod tests {
             "experiment,scene,triangles,width,height,refiner,parameters,visibility,upsampler,shading,samples,\
              pattern,sharing,light_scale,seed,threads,fragments,rays,rays_refine,rays_final,rays_skipped,\
              gbuffer_ms,pyramid_ms,refine_ms,visibility_ms,irradiance_ms,upsample_ms,compose_ms,total_ms,\
-             sse,nmse,nmse2,relmse,psnr,ssim,flip,reference_noise,commit,machine"
+             sse,nmse,nmse2,relmse,psnr,ssim,flip,reference_noise,commit,machine,\
+             prepare_ms,lit,umbra,spared,listed,walked,left_to_rays,entries,pairs,kept,unprojected,\
+             false_shadow,false_light,off_share,self_occlusion,thickness,out_of_view,missed"
         );
+    }
+
+    #[test]
+    fn tables_of_older_programs_can_be_read() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../results");
+        let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let tables: Vec<_> = files.filter(|path| path.extension().is_some_and(|end| end == "csv")).collect();
+        assert!(!tables.is_empty());
+        for table in tables {
+            let rows = read_csv(&table).unwrap_or_else(|fault| panic!("{}: {fault}", table.display()));
+            assert!(rows.iter().all(|row| row.total_ms > 0.0), "{}", table.display());
+        }
     }
 
     #[test]

@@ -4,12 +4,13 @@ use std::fmt::Write;
 
 use serde_json::json;
 
-use super::experiment::Experiment;
+use super::experiment::{Experiment, Scaling};
 use super::paper::{self, error, integer, time};
 use super::plan::Setting;
 use super::record::{Finished, NOISE_MARGIN};
 use super::run::{self, Outcome};
-use super::{AblateError, summary};
+use super::table::{Table, escape};
+use super::{AblateError, equal_time, scaling, summary};
 
 const STYLE: &str = include_str!("report/report.css");
 const SCRIPT: &str = include_str!("report/report.js");
@@ -21,7 +22,7 @@ pub struct Figure {
     pub path: String,
     /// Title.
     pub title: String,
-    /// Slugs of the settings under which it stands.
+    /// Slugs of the settings under which it stands; none for all of the experiment.
     pub settings: Vec<String>,
 }
 
@@ -41,22 +42,23 @@ pub fn html(
     page += "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
     page += &format!("<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n");
     page += &format!("<h1>{title}</h1>\n<p>{}</p>\n", escape(&experiment.description));
+    let sizes: Vec<String> =
+        experiment.sizes.iter().map(|[width, height]| format!("{width} × {height}")).collect();
     page += &format!(
-        "<p class=\"from\"><code>{}</code><br>commit {}, {}, {} threads; {} × {} pixels; warm frames, timed in turn. \
+        "<p class=\"from\"><code>{}</code><br>commit {}, {}, {} threads; {} pixels; warm frames, timed in turn. \
          Every figure is in <a href=\"results.csv\">results.csv</a>.</p>\n",
         escape(command),
         escape(&provenance.commit),
         escape(&provenance.machine),
         provenance.threads,
-        experiment.width(),
-        experiment.height()
+        sizes.join(", ")
     );
     page += "<nav>";
     for setting in &outcome.settings {
         page += &format!("<a href=\"#{}\">{}</a> ", setting.slug, escape(&setting.label));
     }
     page += "</nav>\n";
-    paper_table(&mut page, experiment, outcome);
+    tables(&mut page, experiment, outcome, figures);
     for setting in &outcome.settings {
         let rows: Vec<&Finished> = outcome.rows.iter().filter(|row| row.setting == setting.slug).collect();
         if !rows.is_empty() {
@@ -70,26 +72,42 @@ pub fn html(
     Ok(page)
 }
 
-fn paper_table(page: &mut String, experiment: &Experiment, outcome: &Outcome) {
-    let Some(paper) = &experiment.paper else { return };
-    page.push_str(&format!("<h2>{}</h2>\n<p>{}</p>\n", escape(&paper.source), escape(&paper.differs)));
-    let lines = paper::lines(paper, &outcome.rows);
-    if lines.is_empty() {
-        return;
-    }
-    page.push_str("<div class=\"wide\"><table><thead><tr>");
-    for column in paper::COLUMNS {
-        page.push_str(&format!("<th>{}</th>", escape(column)));
-    }
-    page.push_str("</tr></thead><tbody>\n");
-    for line in lines {
-        page.push_str(if line.from_paper { "<tr class=\"paper\">" } else { "<tr>" });
-        for cell in &line.cells {
-            page.push_str(&format!("<td>{}</td>", escape(cell)));
+/// What is said about all settings together: the paper's figures, rows of equal time, growth.
+fn tables(page: &mut String, experiment: &Experiment, outcome: &Outcome, figures: &[Figure]) {
+    let mut add = |title: &str, words: &str, table: Table, file: &str| {
+        page.push_str(&format!("<h2>{}</h2>\n<p>{}</p>\n", escape(title), escape(words)));
+        if !table.lines.is_empty() {
+            let link = format!("<p>The same as <a href=\"{file}\">{file}</a>.</p>\n");
+            page.push_str(&(table.html() + &link));
         }
-        page.push_str("</tr>\n");
+    };
+    if let Some(paper) = &experiment.paper {
+        add(&paper.source, &paper.differs, paper::table(paper, &outcome.rows), "paper.csv");
     }
-    page.push_str("</tbody></table></div>\n<p>The same as <a href=\"paper.csv\">paper.csv</a>.</p>\n");
+    if let Some(visibility) = &experiment.equal_time {
+        let words =
+            format!("Each row of another backend, and the row of {visibility} whose frame time is nearest.");
+        add("Equal time", &words, equal_time::table(&outcome.rows, visibility), "equal-time.csv");
+    }
+    if let Some(Scaling { axis }) = experiment.scaling {
+        let lines = scaling::lines(&outcome.rows, axis);
+        let words = format!(
+            "Time of the visibility stage, preparation included, as a power of the number of {}: least squares over the \
+             logarithms, with the standard error of the slope.",
+            axis.quantity()
+        );
+        add("Growth", &words, scaling::table(&lines, axis), "slopes.csv");
+    }
+    page.push_str("<div class=\"charts\">\n");
+    figures.iter().filter(|figure| figure.settings.is_empty()).for_each(|one| figure(page, one));
+    page.push_str("</div>\n");
+}
+
+fn figure(page: &mut String, Figure { path, title, .. }: &Figure) {
+    let title = escape(title);
+    page.push_str(&format!(
+        "<figure><a href=\"{path}.svg\"><img src=\"{path}.png\" alt=\"{title}\" loading=\"lazy\"></a></figure>\n"
+    ));
 }
 
 /// Summary, charts, viewer and table of a setting.
@@ -109,12 +127,7 @@ fn section(
         page.push_str(&format!("<li>{}</li>\n", escape(&sentence)));
     }
     page.push_str("</ul>\n<div class=\"charts\">\n");
-    for figure in figures.iter().filter(|figure| figure.settings.contains(slug)) {
-        let (path, title) = (&figure.path, escape(&figure.title));
-        page.push_str(&format!(
-            "<figure><a href=\"{path}.svg\"><img src=\"{path}.png\" alt=\"{title}\" loading=\"lazy\"></a></figure>\n"
-        ));
-    }
+    figures.iter().filter(|figure| figure.settings.contains(slug)).for_each(|one| figure(page, one));
     let _ = write!(
         page,
         "</div>\n<div class=\"viewer\" data-setting=\"{slug}\"></div>\n\
@@ -123,70 +136,75 @@ fn section(
          <div class=\"wide\"><table class=\"sortable\" data-setting=\"{slug}\"><thead><tr>",
         experiment.error_scale * 100.0
     );
-    for column in COLUMNS {
-        page.push_str(&format!("<th>{column}</th>"));
+    let columns: Vec<&Column> =
+        COLUMNS.iter().filter(|(_, cell)| rows.iter().any(|row| !cell(row).is_empty())).collect();
+    for (title, _) in &columns {
+        page.push_str(&format!("<th>{title}</th>"));
     }
     page.push_str("</tr></thead><tbody>\n");
     for row in rows {
         page.push_str(&format!("<tr data-row=\"{}\">", escape(&row.row)));
-        for cell in cells(row) {
-            page.push_str(&format!("<td>{}</td>", escape(&cell)));
+        for (_, cell) in &columns {
+            page.push_str(&format!("<td>{}</td>", escape(&cell(row))));
         }
         page.push_str("</tr>\n");
     }
     page.push_str("</tbody></table></div>\n</section>\n");
 }
 
-const COLUMNS: [&str; 21] = [
-    "refiner",
-    "parameters",
-    "upsampler",
-    "shading",
-    "samples",
-    "pattern",
-    "fragments",
-    "rays",
-    "G-buffer ms",
-    "pyramid ms",
-    "refine ms",
-    "visibility ms",
-    "irradiance ms",
-    "upsample ms",
-    "compose ms",
-    "total ms",
-    "NMSE₂",
-    "NMSE",
-    "relMSE",
-    "SSIM",
-    "ꟻLIP",
+/// Title and text; a column is left out where it would be empty.
+type Column = (&'static str, fn(&Finished) -> String);
+
+const COLUMNS: [Column; 36] = [
+    ("refiner", |row| row.record.refiner.clone()),
+    ("visibility", |row| row.record.visibility.clone()),
+    ("parameters", |row| row.record.parameters.clone()),
+    ("upsampler", |row| row.record.upsampler.clone()),
+    ("shading", |row| row.record.shading.clone()),
+    ("samples", |row| row.record.samples.to_string()),
+    ("pattern", |row| format!("{} / {}", row.record.pattern, row.record.sharing)),
+    ("fragments", |row| integer(Some(row.record.fragments))),
+    ("rays", |row| integer(Some(row.record.rays))),
+    ("G-buffer ms", |row| time(Some(row.record.gbuffer_ms))),
+    ("pyramid ms", |row| time(Some(row.record.pyramid_ms))),
+    ("refine ms", |row| time(Some(row.record.refine_ms))),
+    ("visibility ms", |row| time(Some(row.record.visibility_ms))),
+    ("of it preparation", |row| time(Some(row.record.prepare_ms))),
+    ("irradiance ms", |row| time(Some(row.record.irradiance_ms))),
+    ("upsample ms", |row| time(Some(row.record.upsample_ms))),
+    ("compose ms", |row| time(Some(row.record.compose_ms))),
+    ("total ms", |row| time(Some(row.record.total_ms))),
+    ("NMSE₂", |row| {
+        let mark = if row.record.near_noise() { " ‡" } else { "" };
+        format!("{}{mark}", error(Some(row.record.nmse2)))
+    }),
+    ("NMSE", |row| error(Some(row.record.nmse))),
+    ("relMSE", |row| error(Some(row.record.relmse))),
+    ("SSIM", |row| format!("{:.4}", row.record.ssim)),
+    ("ꟻLIP", |row| format!("{:.4}", row.record.flip)),
+    ("off %", |row| percent(row.record.off_share)),
+    ("false shadow %", |row| percent(row.record.false_shadow)),
+    ("false light %", |row| percent(row.record.false_light)),
+    ("off by itself", |row| integer(row.record.self_occlusion)),
+    ("by thin geometry", |row| integer(row.record.thickness)),
+    ("by what is out of view", |row| integer(row.record.out_of_view)),
+    ("by what was missed", |row| integer(row.record.missed)),
+    ("proved lit", |row| counted(row.record.lit)),
+    ("proved dark", |row| counted(row.record.umbra)),
+    ("from shared lists", |row| counted(row.record.listed)),
+    ("left to rays", |row| counted(row.record.left_to_rays)),
+    ("pairs", |row| counted(row.record.pairs)),
+    ("pairs kept", |row| counted(row.record.kept)),
 ];
 
-fn cells(row: &Finished) -> [String; COLUMNS.len()] {
-    let record = &row.record;
-    let mark = if record.near_noise() { " ‡" } else { "" };
-    [
-        record.refiner.clone(),
-        record.parameters.clone(),
-        record.upsampler.clone(),
-        record.shading.clone(),
-        record.samples.to_string(),
-        format!("{} / {}", record.pattern, record.sharing),
-        integer(Some(record.fragments)),
-        integer(Some(record.rays)),
-        time(Some(record.gbuffer_ms)),
-        time(Some(record.pyramid_ms)),
-        time(Some(record.refine_ms)),
-        time(Some(record.visibility_ms)),
-        time(Some(record.irradiance_ms)),
-        time(Some(record.upsample_ms)),
-        time(Some(record.compose_ms)),
-        time(Some(record.total_ms)),
-        format!("{}{mark}", error(Some(record.nmse2))),
-        error(Some(record.nmse)),
-        error(Some(record.relmse)),
-        format!("{:.4}", record.ssim),
-        format!("{:.4}", record.flip),
-    ]
+/// A share in percent.
+fn percent(share: Option<f64>) -> String {
+    share.map_or(String::new(), |share| format!("{:.2}", share * 100.0))
+}
+
+/// A count, or nothing for a backend that has no notion of it.
+fn counted(count: u64) -> String {
+    integer((count > 0).then_some(count))
 }
 
 /// What the viewer needs: of each setting its size, its reference and the pictures of its rows.
@@ -194,26 +212,23 @@ fn pictures(experiment: &Experiment, outcome: &Outcome) -> serde_json::Value {
     let of = |setting: &Setting| {
         let folder = format!("pictures/{}", setting.slug);
         let row = |row: &Finished| {
-            let files: Vec<String> =
-                run::pictures(row, experiment).iter().map(|name| format!("{folder}/{name}")).collect();
+            let files = run::pictures(row, experiment).into_iter();
+            let files: serde_json::Map<_, _> =
+                files.map(|(name, file)| (name.to_string(), format!("{folder}/{file}").into())).collect();
             json!({ "row": row.row, "label": row.label, "files": files, "error": row.record.nmse2, "ms": row.record.total_ms })
         };
         let rows: Vec<_> = outcome.rows.iter().filter(|row| row.setting == setting.slug).map(row).collect();
         (
             setting.slug.clone(),
             json!({
-                "width": experiment.width(),
-                "height": experiment.height(),
+                "width": setting.size[0],
+                "height": setting.size[1],
                 "reference": format!("{folder}/reference.png"),
                 "rows": rows,
             }),
         )
     };
     outcome.settings.iter().map(of).collect::<serde_json::Map<_, _>>().into()
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]
@@ -258,12 +273,39 @@ mod tests {
             }
             assert!(page.contains(&format!("pictures/hall/{}-fragments.png", row.fragments)));
         }
+        // Neither voxels nor a paper's kind of reference here.
+        assert!(!page.contains("off %") && page.contains("<th>proved lit</th>"));
         for words in [
             "abc1234-dirty",
             "a processor",
             "cargo xtask ablate koa-fig8",
             "charts/hall-time.png",
             "Pareto front of time",
+        ] {
+            assert!(page.contains(words), "{words} is missing");
+        }
+    }
+
+    #[test]
+    fn failures_and_growth_are_shown_where_there_are_any() {
+        let mut experiment = Experiment::resolve("voxel").unwrap();
+        experiment.set_scenes(&["hall".to_string()]);
+        experiment.scaling = Some(Scaling { axis: super::super::experiment::Axis::Pixels });
+        experiment.equal_time = Some("bvh".to_string());
+        let (mut outcome, _) = page();
+        (outcome.settings, outcome.rows) = (super::super::plan::settings(&experiment), outcome.rows);
+        outcome.rows[0].record.visibility = "voxel".to_string();
+        outcome.rows[0].record.off_share = Some(0.125);
+        let figure =
+            Figure { path: "charts/scaling".to_string(), title: "g".to_string(), settings: Vec::new() };
+        let page = html(&experiment, &outcome, &[figure], "command").unwrap();
+        for words in [
+            "<th>off %</th>",
+            "<td>12.50</td>",
+            "slopes.csv",
+            "equal-time.csv",
+            "charts/scaling.png",
+            "nichols-delaunay-failures.png",
         ] {
             assert!(page.contains(words), "{words} is missing");
         }

@@ -5,22 +5,23 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
-use halflight_core::light::AreaLight;
 use halflight_core::scene::Scene;
 use halflight_core::stats::FrameStats;
-use halflight_cpu::bvh::Bvh;
+use halflight_cpu::config::{RefinerConfig, VisibilityConfig};
 use halflight_cpu::gbuffer;
 use halflight_cpu::pipeline::Pipeline;
 use halflight_metrics::{Comparison, Image, compare, squared_error_picture, write_png};
 use rayon::prelude::*;
 
-use super::experiment::{Experiment, SceneChoice};
+use super::experiment::Experiment;
+use super::loaded::Loaded;
 use super::plan::{self, Row, Setting};
 use super::progress::Progress;
 use super::provenance::Provenance;
 use super::record::{Finished, Measured, PaperError};
 use super::state::{Header, State};
 use super::{AblateError, error, timing};
+use crate::failure::{Failures, failures};
 use crate::picture;
 use crate::reference::{Reference, ReferenceConfig, reference};
 
@@ -69,11 +70,13 @@ pub fn run(
     }
     let mut loaded: Option<(usize, Loaded)> = None;
     for setting in &settings {
+        let rows: Vec<Row> = rows.iter().map(|row| row.sized(setting.size)).collect();
         let folder = places.out.join("pictures").join(&setting.slug);
         let whole = |row: &&Row| {
             let finished = state.row(&setting.slug, &row.slug());
-            finished
-                .is_some_and(|row| pictures(row, experiment).iter().all(|name| folder.join(name).is_file()))
+            finished.is_some_and(|row| {
+                pictures(row, experiment).iter().all(|(_, file)| folder.join(file).is_file())
+            })
         };
         let left: Vec<&Row> = rows.iter().filter(|row| !whole(row)).collect();
         progress.advance((rows.len() - left.len()) as u64);
@@ -114,10 +117,22 @@ enum PictureKind {
     Fragments,
     Error,
     SquaredError,
+    Failures,
 }
 
 impl PictureKind {
-    const ALL: [Self; 4] = [Self::Image, Self::Fragments, Self::Error, Self::SquaredError];
+    const ALL: [Self; 5] = [Self::Image, Self::Fragments, Self::Error, Self::SquaredError, Self::Failures];
+
+    /// What the report calls it.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Image => "picture",
+            Self::Fragments => "fragments",
+            Self::Error => "error",
+            Self::SquaredError => "squared error",
+            Self::Failures => "failures",
+        }
+    }
 
     fn file(self, row: &Finished) -> String {
         match self {
@@ -125,80 +140,24 @@ impl PictureKind {
             Self::Fragments => format!("{}-fragments.png", row.fragments),
             Self::Error => format!("{}-error.png", row.row),
             Self::SquaredError => format!("{}-squared.png", row.row),
+            Self::Failures => format!("{}-failures.png", row.row),
+        }
+    }
+
+    fn is_made(self, row: &Finished, experiment: &Experiment) -> bool {
+        match self {
+            Self::SquaredError => experiment.squared_error_factor.is_some(),
+            Self::Failures => row.record.off_share.is_some(),
+            _ => true,
         }
     }
 }
 
-/// Files of a row's pictures in its setting's folder: picture, fragment map, error map, and squared errors if asked for.
-pub fn pictures(row: &Finished, experiment: &Experiment) -> Vec<String> {
-    let kinds = PictureKind::ALL.iter();
-    let made =
-        kinds.filter(|kind| **kind != PictureKind::SquaredError || experiment.squared_error_factor.is_some());
-    made.map(|kind| kind.file(row)).collect()
-}
-
-/// A scene and its hierarchy.
-struct Loaded {
-    name: String,
-    scene: Arc<Scene>,
-    bvh: Arc<Bvh>,
-}
-
-impl Loaded {
-    fn new(choice: &SceneChoice, progress: &Progress) -> Result<Self, AblateError> {
-        let loaded = if choice.parameters.is_empty() {
-            halflight_scene::resolve(&choice.name)?
-        } else {
-            with_parameters(choice)?
-        };
-        let name = plan::scene_label(choice);
-        for warning in &loaded.report.warnings {
-            progress.say(&format!("{name}: {warning}"));
-        }
-        let bvh = Bvh::build(&loaded.scene.mesh)
-            .map_err(|source| AblateError::Bvh { scene: name.clone(), source })?;
-        Ok(Self { name, scene: Arc::new(loaded.scene), bvh: Arc::new(bvh) })
-    }
-
-    /// The scene with its lights scaled about their middles.
-    fn lit(&self, scale: f32) -> Arc<Scene> {
-        if scale == 1.0 {
-            return Arc::clone(&self.scene);
-        }
-        let scaled = |light: &AreaLight| AreaLight {
-            corner: light.corner + (light.edge_u + light.edge_v) * (0.5 * (1.0 - scale)),
-            edge_u: light.edge_u * scale,
-            edge_v: light.edge_v * scale,
-            ..*light
-        };
-        let lights = self.scene.lights.iter().map(scaled).collect();
-        Arc::new(Scene { lights, ..Scene::clone(&self.scene) })
-    }
-}
-
-/// Loads a scene whose generators get other parameters.
-fn with_parameters(choice: &SceneChoice) -> Result<halflight_scene::Loaded, AblateError> {
-    let fault = |message: String| AblateError::Experiment { file: format!("scene {}", choice.name), message };
-    let path = Path::new(&choice.name);
-    let bundled = halflight_scene::bundled().iter().find(|(name, _)| *name == choice.name);
-    let text = match bundled {
-        Some((_, text)) => (*text).to_string(),
-        None => std::fs::read_to_string(path).map_err(error::at(path))?,
-    };
-    let mut table: toml::Table =
-        text.parse().map_err(|source: toml::de::Error| fault(source.message().to_string()))?;
-    let meshes = table.get_mut("mesh").and_then(toml::Value::as_array_mut);
-    let generated = meshes.into_iter().flatten().filter_map(toml::Value::as_table_mut);
-    let mut changed = 0;
-    for mesh in generated.filter(|mesh| mesh.contains_key("generator")) {
-        mesh.extend(choice.parameters.clone());
-        changed += 1;
-    }
-    if changed == 0 {
-        return Err(fault("has parameters, but the scene has no generator to take them".to_string()));
-    }
-    let folder = path.parent().unwrap_or(Path::new(""));
-    Ok(halflight_scene::parse(&table.to_string(), &format!("{}, changed", choice.name), folder)?)
+/// Names and files of a row's pictures in its setting's folder: picture, fragment map, error map, squared errors if asked
+/// for, and where voxel marching fails.
+pub fn pictures(row: &Finished, experiment: &Experiment) -> Vec<(&'static str, String)> {
+    let made = PictureKind::ALL.iter().filter(|kind| kind.is_made(row, experiment));
+    made.map(|kind| (kind.name(), kind.file(row))).collect()
 }
 
 /// What rows of a setting are measured against.
@@ -221,7 +180,7 @@ impl Truth {
         progress: &Progress,
     ) -> Result<Self, AblateError> {
         let scene = loaded.lit(setting.light_scale);
-        let (width, height) = (experiment.width(), experiment.height());
+        let [width, height] = setting.size;
         let choice = &experiment.scenes[setting.scene];
         let samples = choice.reference_samples.unwrap_or(experiment.reference.samples);
         let seed = experiment.reference.seed;
@@ -348,7 +307,7 @@ impl Bench<'_> {
             }
             None => None,
         };
-        let (stages, total_ms) = timing::medians(&running.frames);
+        let failures = self.failures(row)?;
         let measured = Measured {
             experiment: &self.experiment.name,
             scene: &self.scene.name,
@@ -356,9 +315,9 @@ impl Bench<'_> {
             setting: self.setting,
             row,
             stats: &image.stats,
-            stages,
-            total_ms,
+            times: timing::medians(&running.frames),
             errors,
+            failures: failures.as_ref(),
             reference_noise: self.truth.reference.noise_nmse2,
             provenance: self.provenance,
         };
@@ -373,7 +332,24 @@ impl Bench<'_> {
             record: measured.record(),
         };
         self.write_pictures(running, &finished)?;
+        if let Some(failures) = failures {
+            let [width, height] = self.setting.size;
+            let path = self.folder.join(PictureKind::Failures.file(&finished));
+            write_png(&path, width, height, &failures.image)?;
+        }
         Ok(finished)
+    }
+
+    /// Where voxel marching fails, for rows that ask it about every pixel.
+    fn failures(&self, row: &Row) -> Result<Option<Failures>, AblateError> {
+        let (RefinerConfig::Full, VisibilityConfig::Voxel(voxel)) =
+            (row.config.refiner, row.config.visibility)
+        else {
+            return Ok(None);
+        };
+        let (scene, gbuffer) = (&self.truth.scene, &self.truth.gbuffer);
+        let found = failures(scene, &self.scene.bvh, gbuffer, voxel, row.config.sampling, row.config.seed);
+        found.map(Some).map_err(|source| fault(row, source))
     }
 
     fn write_pictures(&self, running: &Running, finished: &Finished) -> Result<(), AblateError> {
@@ -382,7 +358,7 @@ impl Bench<'_> {
             (self.truth.image(irradiance)?, self.truth.image(&self.truth.reference.irradiance)?);
         let fault = |source| AblateError::Compare { row: finished.label.clone(), source };
         let (width, height) = (image.width(), image.height());
-        let [picture, fragments, error, squared] =
+        let [picture, fragments, error, squared, _] =
             PictureKind::ALL.map(|kind| self.folder.join(kind.file(finished)));
         self.truth.write_picture(&picture, irradiance)?;
         if !fragments.is_file() {
@@ -471,31 +447,5 @@ mod tests {
             assert_eq!((again.record.sse, again.record.rays), (before.record.sse, before.record.rays));
         }
         std::fs::remove_dir_all(&root).unwrap();
-    }
-
-    #[test]
-    fn parameters_reach_the_generator() {
-        let mut choice = SceneChoice {
-            name: "hairball".to_string(),
-            parameters: "triangles = 2000".parse().unwrap(),
-            reference_samples: None,
-            repetitions: None,
-        };
-        assert!(with_parameters(&choice).unwrap().scene.mesh.triangle_count() < 4000);
-        choice.parameters = "triangle = 2000".parse().unwrap();
-        let fault = with_parameters(&choice).unwrap_err().to_string();
-        assert!(fault.contains("hairball, changed") && fault.contains("`triangle`"), "{fault}");
-    }
-
-    #[test]
-    fn lights_are_scaled_about_their_middles() {
-        let loaded = halflight_scene::resolve("contact").unwrap();
-        let bvh = Bvh::build(&loaded.scene.mesh).unwrap();
-        let loaded = Loaded { name: String::new(), scene: Arc::new(loaded.scene), bvh: Arc::new(bvh) };
-        let (before, after) = (loaded.scene.lights[0], loaded.lit(2.0).lights[0]);
-        let middle = |light: &AreaLight| light.corner + (light.edge_u + light.edge_v) * 0.5;
-        // Coordinates of a few metres, each a sum of four: a few units in the last place.
-        assert!((middle(&before) - middle(&after)).length() < 1e-5);
-        assert!((after.area() / before.area() - 4.0).abs() < 1e-5);
     }
 }

@@ -52,7 +52,8 @@ fn front(
 
 /// Who reaches the goal for least time and fewest rays, beside Monte Carlo with as many samples.
 fn goal(rows: &[&Finished]) -> Vec<String> {
-    let full = rows.iter().filter(|row| row.record.refiner == "full").max_by_key(|row| row.record.samples);
+    let full = rows.iter().filter(|row| row.record.refiner == "full" && row.record.visibility == "bvh");
+    let full = full.max_by_key(|row| row.record.samples);
     let reached: Vec<&&Finished> =
         rows.iter().filter(|row| row.record.refiner != "full" && row.record.nmse2 <= GOAL).collect();
     let Some(fastest) = reached.iter().min_by(|a, b| a.record.total_ms.total_cmp(&b.record.total_ms)) else {

@@ -14,8 +14,17 @@ pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     }
 }
 
-/// Medians of every stage and of the total, each on its own, in ms rounded to 0.1 µs.
-pub(crate) fn medians(frames: &[FrameStats]) -> (StageTimes, f64) {
+/// Medians over repeated frames, each on its own, in ms rounded to 0.1 µs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Medians {
+    pub(crate) stages: StageTimes,
+    /// Preparation of the backend, a part of its stage.
+    pub(crate) prepare: f64,
+    pub(crate) total: f64,
+}
+
+/// Medians of every stage and of the total.
+pub(crate) fn medians(frames: &[FrameStats]) -> Medians {
     let of = |time: fn(&FrameStats) -> f64| (median(frames.iter().map(time)) * 1e4).round() / 1e4;
     let stages = StageTimes {
         gbuffer: of(|frame| frame.stages_ms.gbuffer),
@@ -26,11 +35,13 @@ pub(crate) fn medians(frames: &[FrameStats]) -> (StageTimes, f64) {
         upsample: of(|frame| frame.stages_ms.upsample),
         compose: of(|frame| frame.stages_ms.compose),
     };
-    (stages, of(|frame| frame.total_ms))
+    Medians { stages, prepare: of(|frame| frame.visibility.prepare_ms), total: of(|frame| frame.total_ms) }
 }
 
 #[cfg(test)]
 mod tests {
+    use halflight_core::stats::VisibilityStats;
+
     use super::*;
 
     #[test]
@@ -44,10 +55,11 @@ mod tests {
     fn stages_and_total_are_taken_apart() {
         let frame = |refine: f64, total_ms: f64| FrameStats {
             stages_ms: StageTimes { refine, ..StageTimes::default() },
+            visibility: VisibilityStats { prepare_ms: total_ms / 2.0 - 1.0, ..VisibilityStats::default() },
             total_ms,
             ..FrameStats::default()
         };
-        let (stages, total) = medians(&[frame(1.0, 9.0), frame(5.0, 7.0), frame(2.0, 30.0)]);
-        assert_eq!((stages.refine, total), (2.0, 9.0));
+        let medians = medians(&[frame(1.0, 9.0), frame(5.0, 7.0), frame(2.0, 30.0)]);
+        assert_eq!((medians.stages.refine, medians.prepare, medians.total), (2.0, 3.5, 9.0));
     }
 }

@@ -22,7 +22,7 @@ struct Arguments {
     /// Scene in place of the experiment's: a bundled name or the path of a scene file; may be repeated
     #[arg(long, value_name = "NAME-OR-PATH")]
     scene: Vec<String>,
-    /// Image size in place of the experiment's
+    /// Image size in place of the experiment's, or of all of them
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<[u32; 2]>,
     /// Small images and one timed frame: checks that everything works
@@ -63,7 +63,7 @@ fn main() -> ExitCode {
 
 fn list() -> Result<(), AblateError> {
     for (name, text) in EXPERIMENTS {
-        println!("{name:14} {}", Experiment::parse(text, name)?.title);
+        println!("{name:17} {}", Experiment::parse(text, name)?.title);
     }
     Ok(())
 }
@@ -75,7 +75,7 @@ fn ablate(arguments: &Arguments) -> Result<(), AblateError> {
         experiment.make_quick();
     }
     if let Some(size) = arguments.size {
-        experiment.size = size;
+        experiment.sizes = vec![size];
     }
     if !arguments.scene.is_empty() {
         experiment.set_scenes(&arguments.scene);

@@ -17,7 +17,7 @@ for (const table of document.querySelectorAll("table.sortable")) {
 }
 
 // A viewer a setting: two images at the same place, one of them visible.
-const LAYERS = ["picture", "fragments", "error", "squared error"];
+const LAYERS = ["picture", "fragments", "error", "squared error", "failures"];
 let active = null;
 
 function element(name, parent, text = "") {
@@ -49,8 +49,8 @@ class Viewer {
       select.onchange = () => this.choose(side, Number(select.value));
       return select;
     });
-    const count = Math.max(...this.setting.rows.map(row => row.files.length));
-    this.buttons = LAYERS.slice(0, count).map((name, layer) => {
+    this.layers = LAYERS.filter(name => this.setting.rows.some(row => name in row.files));
+    this.buttons = this.layers.map((name, layer) => {
       const button = element("button", bar, `${layer + 1} ${name}`);
       button.onclick = () => { this.layer = layer; this.show(); };
       return button;
@@ -59,7 +59,7 @@ class Viewer {
       element("button", bar, text).onclick = () => this.zoom(factor, this.stage.clientWidth / 2, this.stage.clientHeight / 2);
     }
     element("button", bar, "1:1").onclick = () => { this.scale = 1; this.x = this.y = 0; this.place(); };
-    element("span", bar, "click or x: A/B · 1–4: layer · wheel or +/−: zoom · drag: move");
+    element("span", bar, `click or x: A/B · 1–${this.layers.length}: layer · wheel or +/−: zoom · drag: move`);
     this.stage = element("div", root);
     this.stage.className = "stage";
     this.stage.style.width = Math.max(this.setting.width, 640) + "px";
@@ -85,7 +85,9 @@ class Viewer {
   }
   file(side) {
     const index = this.chosen[side];
-    return index === 0 ? this.setting.reference : this.setting.rows[index - 1].files[this.layer];
+    if (index === 0) return this.setting.reference;
+    const files = this.setting.rows[index - 1].files;
+    return files[this.layers[this.layer]] ?? files.picture;
   }
   toggle() { this.side = 1 - this.side; this.show(); }
   show() {
@@ -144,7 +146,7 @@ class Viewer {
 document.querySelectorAll(".viewer").forEach(root => new Viewer(root));
 document.addEventListener("keydown", event => {
   if (active === null || event.target.tagName === "SELECT" || event.ctrlKey || event.metaKey || event.altKey) return;
-  const layer = "1234".indexOf(event.key);
+  const layer = "12345".indexOf(event.key);
   if (event.key === "x") active.toggle();
   else if (event.key === "+" || event.key === "-") active.zoom(event.key === "+" ? 2 : 0.5, active.stage.clientWidth / 2, active.stage.clientHeight / 2);
   else if (layer >= 0 && layer < active.buttons.length) { active.layer = layer; active.show(); }
