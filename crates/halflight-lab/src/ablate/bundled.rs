@@ -67,7 +67,7 @@ mod tests {
             ("scaling-triangles", 3 * 6, 3),
             ("thresholds", 1, (6 + 5 + 1 + 3) * 10 + 6),
             ("visibility", 4, 3 * 4),
-            ("voxel", 4, 6 + 3 + 4 * 2 + 2 * 2 + 1),
+            ("voxel", 4, 2 * 6 + 3 + 4 * 2 + 2 * 2 + 1),
             ("wang-table1", 6, 3),
             ("wang-table2", 4, 5),
             ("wang-table3", 5, 2),

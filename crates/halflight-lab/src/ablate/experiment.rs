@@ -41,7 +41,7 @@ pub struct Experiment {
     /// Also draws Koa17's error maps: squared error in red, times this factor.
     #[serde(default)]
     pub squared_error_factor: Option<f32>,
-    /// A constant of a backend: also draws errors against it, over the rows that set it alone.
+    /// A constant of a backend: also draws errors against it.
     #[serde(default)]
     pub sweep: Option<String>,
     /// A visibility backend: also names, for each row of another, its row of nearest time.
@@ -286,7 +286,7 @@ impl Experiment {
         if let Some(constant) = &self.sweep
             && !rows.iter().any(|row| super::sweep::value(&row.parameters, constant).is_some())
         {
-            return Err(format!("sweep is `{constant}`, but no row sets this constant alone, to a number"));
+            return Err(format!("sweep is `{constant}`, but no row sets this constant to a number"));
         }
         Ok(())
     }
@@ -345,7 +345,7 @@ mod tests {
         assert!(size.contains("line 4") && size.contains("a list of such pairs"), "{size}");
         let with = |line: &str| fault(&SMALL.replace("repetitions = 1", &format!("repetitions = 1\n{line}")));
         let sweep = with("sweep = \"resolution\"");
-        assert!(sweep.contains("no row sets this constant alone"), "{sweep}");
+        assert!(sweep.contains("no row sets this constant"), "{sweep}");
         let backend = with("equal_time = \"rays\"");
         assert!(backend.contains("`rays`") && backend.contains("bvh, raster4d"), "{backend}");
         let count = fault(&SMALL.replace("[4]", "[5000]"));

@@ -2,42 +2,70 @@
 
 use super::chart::{self, Chart, KeyGroup, Mark, Point, Scale, Series, Shape};
 use super::record::Finished;
+use crate::failure::OFF;
 
-/// What a row's parameters set the constant to, if they set it alone and to a number.
-pub fn value(parameters: &str, constant: &str) -> Option<f64> {
-    let (name, value) = parameters.split_once('=')?;
-    (name == constant).then(|| value.parse().ok())?
+/// What a row's parameters set the constant to, if they do so and to a number, and the rest of them.
+pub fn value(parameters: &str, constant: &str) -> Option<(f64, String)> {
+    let (mine, others): (Vec<&str>, Vec<&str>) = parameters
+        .split(';')
+        .partition(|part| part.split_once('=').is_some_and(|(name, _)| name == constant));
+    let [(_, value)] = mine.iter().filter_map(|part| part.split_once('=')).collect::<Vec<_>>()[..] else {
+        return None;
+    };
+    Some((value.parse().ok()?, others.join(";")))
 }
 
-/// NMSE₂, and the share of receivers that are off where it is known, against the constant; a level line shows NMSE₂ of
-/// exact visibility where there is a row with as many samples. `None` where fewer than two rows of a setting set it alone.
+/// Rows of a setting that differ in the constant alone, by ascending value.
+struct Curve<'a> {
+    name: String,
+    points: Vec<(f64, &'a Finished)>,
+}
+
+fn curves<'a>(rows: &[&'a Finished], constant: &str) -> Vec<Curve<'a>> {
+    let mut curves: Vec<Curve> = Vec::new();
+    for row in rows {
+        let Some((value, rest)) = value(&row.record.parameters, constant) else { continue };
+        let name = format!("{} {rest}", row.record.visibility).trim_end().to_string();
+        match curves.iter_mut().find(|curve| curve.name == name) {
+            Some(curve) => curve.points.push((value, row)),
+            None => curves.push(Curve { name, points: vec![(value, row)] }),
+        }
+    }
+    curves.retain(|curve| curve.points.len() > 1);
+    curves.iter_mut().for_each(|curve| curve.points.sort_by(|a, b| a.0.total_cmp(&b.0)));
+    curves
+}
+
+/// NMSE₂, and the share of receivers that are off where it is known, against the constant: a colour for each set of other
+/// constants. A level line shows NMSE₂ of exact visibility where there is a row with as many samples. `None` where no two
+/// rows of the setting differ in the constant alone.
 pub fn chart(title: String, rows: &[&Finished], constant: &str) -> Option<Chart> {
-    let mut swept: Vec<(f64, &Finished)> =
-        rows.iter().filter_map(|row| Some((value(&row.record.parameters, constant)?, *row))).collect();
-    swept.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let [(low, first), .., (high, _)] = swept.as_slice() else { return None };
+    let curves = curves(rows, constant);
+    let all = || curves.iter().flat_map(|curve| &curve.points);
+    let samples = all().next()?.1.record.samples;
     let point = |x: f64, y: f64, row: &Finished| Point { x, y, name: row.label.clone(), note: None };
-    let mut curves = vec![(
-        Shape::Circle,
-        format!("NMSE₂, {}", first.record.visibility),
-        swept.iter().map(|&(x, row)| point(x, row.record.nmse2, row)).collect::<Vec<Point>>(),
-    )];
-    let off = swept.iter().filter_map(|&(x, row)| Some(point(x, row.record.off_share?, row)));
-    curves.push((Shape::Triangle, "share of receivers off by more than 0.1".to_string(), off.collect()));
-    let exact =
-        rows.iter().find(|row| row.record.visibility == "bvh" && row.record.samples == first.record.samples);
-    let level = exact.iter().flat_map(|row| [low, high].map(|&x| point(x, row.record.nmse2, row)));
-    curves.push((Shape::Square, "NMSE₂, bvh".to_string(), level.collect()));
-    curves.retain(|(_, _, points)| !points.is_empty());
+    let mut lines: Vec<(Shape, String, Vec<Point>)> = Vec::new();
+    for Curve { name, points } in &curves {
+        let error = points.iter().map(|&(x, row)| point(x, row.record.nmse2, row));
+        lines.push((Shape::Circle, format!("NMSE₂, {name}"), error.collect()));
+        let off = points.iter().filter_map(|&(x, row)| Some(point(x, row.record.off_share?, row)));
+        lines.push((Shape::Triangle, format!("off by > {OFF}, {name}"), off.collect()));
+    }
+    let exact = rows.iter().find(|row| row.record.visibility == "bvh" && row.record.samples == samples);
+    let (low, high) = all().fold((f64::MAX, f64::MIN), |(low, high), (x, _)| (low.min(*x), high.max(*x)));
+    let level = exact.iter().flat_map(|row| [low, high].map(|x| point(x, row.record.nmse2, row)));
+    lines.push((Shape::Square, "NMSE₂, bvh".to_string(), level.collect()));
     let marked = |(place, (shape, words, points)): (usize, (Shape, String, Vec<Point>))| {
-        let mark = Mark { shape, rgb: chart::COLORS[place], filled: true };
+        // Both lines of a curve have its colour.
+        let mark = Mark { shape, rgb: chart::COLORS[place / 2 % chart::COLORS.len()], filled: true };
         (Series { mark, points, connected: true }, (mark, words))
     };
-    let (series, entries) = curves.into_iter().enumerate().map(marked).unzip();
+    let shown = lines.into_iter().enumerate().filter(|(_, (_, _, points))| !points.is_empty());
+    let (series, entries) = shown.map(marked).unzip();
     Some(Chart {
         title,
         x_label: constant.to_string(),
-        y_label: "error".to_string(),
+        y_label: "NMSE₂, and the share of receivers whose visible fraction is off".to_string(),
         x_scale: Scale::Log,
         series,
         key: vec![KeyGroup { title: "Error".to_string(), entries }],
@@ -52,10 +80,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_constant_set_alone_has_a_value() {
-        assert_eq!(value("resolution=128", "resolution"), Some(128.0));
-        for other in ["", "resolution=128;bias=2", "depth_bits=128", "resolution=fine"] {
-            assert_eq!(value(other, "resolution"), None, "{other}");
+    fn a_constant_is_found_among_others() {
+        let found = |parameters| value(parameters, "resolution");
+        assert_eq!(found("resolution=128"), Some((128.0, String::new())));
+        assert_eq!(found("bias=2;resolution=64;x={\"a\":1}"), Some((64.0, "bias=2;x={\"a\":1}".to_string())));
+        for other in ["", "depth_bits=128", "resolution=fine", "x.resolution=3"] {
+            assert_eq!(found(other), None, "{other}");
         }
     }
 
@@ -78,7 +108,10 @@ mod tests {
         rows.push(finished("full", "bilinear", 1.0, 1e-6));
         let chart = chart_of(&rows).unwrap();
         assert_eq!(places(&chart)[2], [32.0, 256.0]);
-        assert!(chart.svg().unwrap().contains("share of receivers off"));
+        assert!(chart.svg().unwrap().contains("off by &gt; 0.1, voxel"));
         assert!(chart_of(&rows[..1]).is_none());
+        // With another bias it is another curve, which one point does not make.
+        rows[2].record.parameters.push_str(";bias=2");
+        assert_eq!(places(&chart_of(&rows).unwrap())[0], [32.0, 256.0]);
     }
 }
