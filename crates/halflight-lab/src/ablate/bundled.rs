@@ -28,6 +28,7 @@ pub const EXPERIMENTS: &[(&str, &str)] = experiments![
     "wang-table4",
     "wang-table5",
     "wang-table6",
+    "wang-table7",
     "wang-table8",
 ];
 
@@ -74,6 +75,7 @@ mod tests {
             ("wang-table4", 4, 3 * 4),
             ("wang-table5", 4 * 5, 3),
             ("wang-table6", 4, 4),
+            ("wang-table7", 5, 2),
             ("wang-table8", 5, 2 + 7 + 7),
         ];
         assert_eq!(counts, expected);

@@ -74,6 +74,12 @@ pub struct PaperRow {
     /// Visibility without that, ms: STEP 5 of Wang17.
     #[serde(default)]
     pub masks_ms: Option<f64>,
+    /// Share of relevant pairs among all pairs of a receiver and a triangle that are looked at, percent.
+    #[serde(default)]
+    pub relevant_before: Option<f64>,
+    /// The same after rejection.
+    #[serde(default)]
+    pub relevant_after: Option<f64>,
     /// Light samples that ray tracing has time for in the same time.
     #[serde(default)]
     pub equal_time_samples: Option<u32>,
@@ -111,7 +117,7 @@ const fn where_given(
 }
 
 /// The paper's errors are against its own kind of reference.
-const COLUMNS: [Column; 15] = [
+const COLUMNS: [Column; 17] = [
     always("row", |paper, row| format!("{}: {}", paper.source, row.label), |row, _| row.label.clone()),
     always("scene", |_, _| String::new(), |row, _| row.record.scene.clone()),
     always("triangles", |_, row| integer(row.triangles), |row, _| integer(Some(row.record.triangles))),
@@ -126,6 +132,16 @@ const COLUMNS: [Column; 15] = [
     always("visibility ms", |_, row| time(row.visibility_ms), |row, _| time(Some(row.record.visibility_ms))),
     always("upsampling ms", |_, row| time(row.upsample_ms), |row, _| time(Some(row.record.upsample_ms))),
     always("total ms", |_, row| time(row.total_ms), |row, _| time(Some(row.record.total_ms))),
+    where_given(
+        "relevant pairs, %",
+        |_, row| percent(row.relevant_before),
+        |row, _| percent(share(row.record.relevant, row.record.pairs)),
+    ),
+    where_given(
+        "relevant pairs after rejection, %",
+        |_, row| percent(row.relevant_after),
+        |row, _| percent(share(row.record.relevant, row.record.kept)),
+    ),
     where_given(
         "light samples of ray tracing in the same time",
         |_, row| integer(row.equal_time_samples.map(u64::from)),
@@ -174,6 +190,15 @@ fn stands_for(row: &Finished, theirs: &PaperRow) -> bool {
         && is(&theirs.upsampler, &record.upsampler)
         && is(&theirs.shading, &record.shading)
         && theirs.light_scale.is_none_or(|scale| scale == record.light_scale)
+}
+
+/// Percent of a whole, if that was counted.
+fn share(part: u64, whole: u64) -> Option<f64> {
+    (part > 0 && whole > 0).then(|| 100.0 * part as f64 / whole as f64)
+}
+
+fn percent(value: Option<f64>) -> String {
+    value.map_or(String::new(), |value| format!("{value:.1}"))
 }
 
 /// Digits in groups of three.
@@ -236,6 +261,18 @@ mod tests {
         let tower = table.lines.iter().position(|line| !line.from_paper).unwrap();
         assert_eq!(table.lines[tower - 1].cells[place - 1..=place], ["16.0", "72.0"]);
         assert_eq!(table.lines[tower].cells[place - 1..=place], ["0.25", "0.45"]);
+    }
+
+    #[test]
+    fn relevant_pairs_are_shares_of_those_looked_at() {
+        let paper = Experiment::resolve("wang-table7").unwrap().paper.unwrap();
+        let mut ours = finished("full", "bilinear", 80.0, 3e-3);
+        (ours.record.scene, ours.record.visibility) = ("church".to_string(), "raster4d".to_string());
+        let table = table(&paper, &[ours]);
+        let place = table.columns.iter().position(|column| column == "relevant pairs, %").unwrap();
+        let church = table.lines.iter().position(|line| !line.from_paper).unwrap();
+        assert_eq!(table.lines[church - 1].cells[place..place + 2], ["10.0", "37.0"]);
+        assert_eq!(table.lines[church].cells[place..place + 2], ["12.5", "25.0"]);
     }
 
     #[test]

@@ -131,6 +131,9 @@ pub struct Record {
     /// Pairs left after rejection.
     #[serde(default)]
     pub kept: u64,
+    /// Pairs whose triangle hides a sample from the receiver; 0 where they are not counted.
+    #[serde(default)]
+    pub relevant: u64,
     /// Receivers that looked at all triangles.
     #[serde(default)]
     pub unprojected: u64,
@@ -258,6 +261,7 @@ impl Measured<'_> {
             entries: visibility.entries,
             pairs: visibility.pairs,
             kept: visibility.kept,
+            relevant: visibility.relevant,
             unprojected: visibility.unprojected,
             false_shadow: self.failures.map(|failures| failures.false_shadow),
             false_light: self.failures.map(|failures| failures.false_light),
@@ -367,9 +371,10 @@ pub(crate) mod tests {
                 walked: 5,
                 left_to_rays: 6,
                 entries: 7,
-                pairs: 8,
-                kept: 9,
-                unprojected: 10,
+                pairs: 80,
+                kept: 40,
+                relevant: 10,
+                unprojected: 11,
                 false_shadow: None,
                 false_light: None,
                 off_share: None,
@@ -400,7 +405,7 @@ pub(crate) mod tests {
              pattern,sharing,light_scale,seed,threads,fragments,rays,rays_refine,rays_final,rays_skipped,\
              gbuffer_ms,pyramid_ms,refine_ms,visibility_ms,irradiance_ms,upsample_ms,compose_ms,total_ms,\
              sse,nmse,nmse2,relmse,psnr,ssim,flip,reference_noise,commit,machine,\
-             prepare_ms,lit,umbra,spared,listed,walked,left_to_rays,entries,pairs,kept,unprojected,\
+             prepare_ms,lit,umbra,spared,listed,walked,left_to_rays,entries,pairs,kept,relevant,unprojected,\
              false_shadow,false_light,off_share,self_occlusion,thickness,out_of_view,missed"
         );
     }

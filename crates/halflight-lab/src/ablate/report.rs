@@ -155,7 +155,7 @@ fn section(
 /// Title and text; a column is left out where it would be empty.
 type Column = (&'static str, fn(&Finished) -> String);
 
-const COLUMNS: [Column; 36] = [
+const COLUMNS: [Column; 37] = [
     ("refiner", |row| row.record.refiner.clone()),
     ("visibility", |row| row.record.visibility.clone()),
     ("parameters", |row| row.record.parameters.clone()),
@@ -195,6 +195,7 @@ const COLUMNS: [Column; 36] = [
     ("left to rays", |row| counted(row.record.left_to_rays)),
     ("pairs", |row| counted(row.record.pairs)),
     ("pairs kept", |row| counted(row.record.kept)),
+    ("pairs relevant", |row| counted(row.record.relevant)),
 ];
 
 /// A share in percent.
