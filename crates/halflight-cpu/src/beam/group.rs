@@ -30,7 +30,7 @@ impl Limits {
     /// Rays cost as much as there are samples, rows of masks as much as its square root.
     fn new(pattern: Pattern) -> Self {
         let side = pattern.len().isqrt();
-        Self { short: 64, whole: 512, long: 8 * side, blocks: 2 * side }
+        Self { short: 64, whole: 512, long: 8 * side, blocks: side }
     }
 }
 
