@@ -1,8 +1,13 @@
 //! Every visibility backend works with every refiner; the exact ones give the same image, bit for bit.
 
+use std::sync::Arc;
+
 use halflight::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
-use halflight::frame::{LightSampling, Sharing};
+use halflight::cpu::brute_force::BruteForce;
+use halflight::frame::{Frame, LightSampling, Sharing};
 use halflight::pattern::PatternKind;
+use halflight::pyramid::Pyramid;
+use halflight::stages::Visibility;
 use halflight_tests::Stage;
 
 fn config(refiner: &str, visibility: &str, kind: PatternKind, count: u32) -> PipelineConfig {
@@ -18,7 +23,7 @@ fn config(refiner: &str, visibility: &str, kind: PatternKind, count: u32) -> Pip
 
 #[test]
 fn exact_backends_give_the_same_image() {
-    for name in ["atrium", "nave", "hairball", "tree"] {
+    for name in ["atrium", "nave", "hairball", "tree", "soup"] {
         let stage = Stage::bundled(name).unwrap();
         for &refiner in RefinerConfig::NAMES {
             for (kind, count) in [(PatternKind::ShiftedRows, 64), (PatternKind::Grid, 256)] {
@@ -35,6 +40,50 @@ fn exact_backends_give_the_same_image() {
             assert!(image("beam").irradiance == image("bvh").irradiance, "{name} {refiner} jittered");
         }
     }
+}
+
+/// The exact backends' masks of a few receivers of a scene against brute force; `cargo xtask exactness` compares many.
+#[test]
+fn exact_backends_say_what_brute_force_says() {
+    let (mut asked, mut seen) = (0, 0);
+    for name in ["atrium", "nave", "hairball", "tree", "soup"] {
+        let stage = Stage::bundled(name).unwrap();
+        for kind in [PatternKind::ShiftedRows, PatternKind::Jittered] {
+            let config = PipelineConfig { width: 6, height: 4, ..config("full", "bvh", kind, 4) };
+            let mut pipeline =
+                config.builder(Arc::clone(&stage.scene), Arc::clone(&stage.bvh)).build().unwrap();
+            pipeline.render().unwrap();
+            let (gbuffer, pyramid, batch) =
+                (pipeline.gbuffer(), Pyramid::default(), pipeline.fragments().batch(0));
+            let frame = Frame {
+                scene: &stage.scene,
+                gbuffer,
+                pyramid: &pyramid,
+                pattern: batch.pattern(),
+                sharing: Sharing::Fragment,
+                index: 0,
+                seed: 0,
+            };
+            let answer = |visibility: &mut dyn Visibility| {
+                let mut batch = batch.clone();
+                visibility.prepare(&frame);
+                visibility.masks(&frame, &mut batch);
+                let seen = |query: usize| batch.visible(query)[0] & batch.wanted(query)[0];
+                (0..batch.len()).map(seen).collect::<Vec<u64>>()
+            };
+            let truth = answer(&mut BruteForce);
+            asked += (0..batch.len()).map(|query| batch.wanted(query)[0].count_ones()).sum::<u32>();
+            seen += truth.iter().map(|word| word.count_ones()).sum::<u32>();
+            for backend in ["bvh", "raster4d", "beam"] {
+                let mut visibility = VisibilityConfig::named(backend).unwrap().stage(&stage.bvh).unwrap();
+                if visibility.supports(batch.pattern()).is_ok() {
+                    assert_eq!(answer(visibility.as_mut()), truth, "{name} {kind:?} {backend}");
+                }
+            }
+        }
+    }
+    // Many are hidden and many are not, or little is compared.
+    assert!(asked > 400 && seen > asked / 10 && seen < asked - asked / 10, "{seen} of {asked}");
 }
 
 #[test]

@@ -8,14 +8,17 @@ cargo xtask TASK
   ablate [NAME] [--scene NAME-OR-PATH]… [--size WxH] [--quick] [--out DIR] [--list]
       runs an experiment (`default` where none is named) and writes results.csv, charts and report.html
       to target/ablate/NAME; --help says more
+  exactness [--scene NAME-OR-PATH]… [--pairs N] [--brute-force N] [--certificates N] [--seed N] [--out DIR]
+      compares the masks of the exact visibility backends bit for bit and with brute force, tries to break what beams
+      prove, and fails where anything differs; --help says more
 ";
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
     match arguments.next().as_deref() {
-        Some("ablate") => {
-            let program =
-                ["run", "--release", "-q", "-p", "halflight-lab", "--bin", "halflight-ablate", "--"];
+        Some(task @ ("ablate" | "exactness")) => {
+            let program = format!("halflight-{task}");
+            let program = ["run", "--release", "-q", "-p", "halflight-lab", "--bin", &program, "--"];
             let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
             match Command::new(cargo).args(program).args(arguments).status() {
                 Ok(status) if status.success() => ExitCode::SUCCESS,

@@ -23,11 +23,12 @@ Examples:
   halflight compare image.exr truth.exr --error-map error.png";
 
 const RENDER_EXAMPLES: &str = "\
-Without --out, --png, --fragment-map and --stats, the picture is written to SCENE.png in the current folder.
+Without --out, --png, --fragment-map, --failure-map and --stats, the picture is written to SCENE.png in the current folder.
 
 Examples:
   halflight render nave --upsampler delaunay --png nave.png --fragment-map fragments.png
   halflight render atrium --refiner full --samples 256 --shading sampled --out truth.exr
+  halflight render atrium --visibility voxel --refiner full --failure-map failures.png
   halflight render atrium --set refiner.coarse_threshold=4 --set sampling.kind=grid
   halflight render --refiner nichols --print-config > nichols.toml    every constant, to edit
   halflight render atrium --config nichols.toml";
@@ -92,7 +93,12 @@ pub(crate) struct Render {
     /// those of the last.
     #[arg(long, value_name = "F.png", help_heading = "Output")]
     pub(crate) fragment_map: Option<PathBuf>,
-    /// Configuration, fragments, rays and times as JSON.
+    /// Picture of the receivers that voxel marching gets wrong by more than a tenth of the light, a colour a cause: red and
+    /// yellow too dark, by the receiver's own voxels or others; blue and green too bright, by what is out of view or
+    /// missed. Needs --visibility voxel and --refiner full. With several lights, those of the last.
+    #[arg(long, value_name = "F.png", help_heading = "Output")]
+    pub(crate) failure_map: Option<PathBuf>,
+    /// Configuration, fragments, rays and times as JSON; with --failure-map, counts of failures.
     #[arg(long, value_name = "F.json", help_heading = "Output")]
     pub(crate) stats: Option<PathBuf>,
     /// Print the configuration that the options make, as TOML, and stop.

@@ -3,6 +3,7 @@
 mod args;
 mod compare;
 mod config;
+mod failure;
 mod info;
 mod reference;
 mod render;

@@ -2,12 +2,14 @@
 
 use std::io::Write;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use halflight_core::glam::Vec3;
 use halflight_core::stats::{FragmentCounts, FrameStats, RayCounts, StageTimes, VisibilityStats};
 use halflight_cpu::config::{Named, PipelineConfig};
 use halflight_cpu::pipeline::Pipeline;
 use halflight_lab::exr_file::{ExrFile, RGB};
+use halflight_lab::failure::failures;
 use halflight_lab::picture;
 use halflight_metrics::{write_atomically, write_png};
 use serde::Serialize;
@@ -16,6 +18,7 @@ use serde_json::{Value, json};
 use crate::Outcome;
 use crate::args::Render;
 use crate::config::configure;
+use crate::failure::{self, VoxelFailures};
 use crate::scene::{self, Ready};
 use crate::terminal::{print, say};
 
@@ -26,6 +29,8 @@ struct Stats<'a> {
     fragments: &'a FragmentCounts,
     rays: &'a RayCounts,
     visibility: &'a VisibilityStats,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    voxel_failures: Option<VoxelFailures>,
     stages_ms: &'a StageTimes,
     total_ms: f64,
     build_ms: f64,
@@ -39,18 +44,20 @@ pub(crate) fn run(args: &Render) -> Outcome {
     }
     // The command line asks for a scene wherever it gets here.
     let name = args.scene.as_deref().unwrap_or_default();
-    let outputs = [&args.out, &args.png, &args.fragment_map, &args.stats];
+    let outputs = [&args.out, &args.png, &args.fragment_map, &args.failure_map, &args.stats];
+    let failing = args.failure_map.as_ref().map(|path| Ok::<_, String>((path, failure::voxels(&config)?)));
+    let failing = failing.transpose()?;
     outputs.into_iter().flatten().try_for_each(|path| scene::check_folder(path))?;
     scene::use_threads(args.threads)?;
     let Ready { scene, bvh, .. } = scene::load(name)?;
     let build_ms = bvh.build_time().as_secs_f64() * 1e3;
-    let mut pipeline = config.builder(scene, bvh).layers(args.out.is_some()).build()?;
+    let mut pipeline =
+        config.builder(Arc::clone(&scene), Arc::clone(&bvh)).layers(args.out.is_some()).build()?;
     pipeline.render()?;
     let stats = &pipeline.image().stats;
     say(&summary(name, &config, stats, build_ms));
 
-    let silent =
-        args.out.is_none() && args.png.is_none() && args.fragment_map.is_none() && args.stats.is_none();
+    let silent = outputs.iter().all(|output| output.is_none());
     let default_png = silent.then(|| PathBuf::from(format!("{}.png", scene::stem(name))));
     if let Some(path) = &args.out {
         layers(&pipeline, name, &config)?.write(path)?;
@@ -67,10 +74,29 @@ pub(crate) fn run(args: &Render) -> Outcome {
         write_png(path, width, height, &rgb)?;
         say(&format!("wrote {}", path.display()));
     }
+    let mut voxel_failures = None;
+    if let Some((path, voxels)) = failing {
+        let found = failures(&scene, &bvh, pipeline.gbuffer(), voxels, config.sampling, config.seed)?;
+        let failures = VoxelFailures::new(&found);
+        say(&failures.line());
+        write_png(path, width, height, &found.image)?;
+        say(&format!("wrote {}", path.display()));
+        voxel_failures = Some(failures);
+    }
     if let Some(path) = &args.stats {
         let FrameStats { fragments, rays, visibility, stages_ms, total_ms, peak_bytes } = stats;
         let (config, total_ms, peak_bytes) = (&config, *total_ms, *peak_bytes);
-        let stats = Stats { config, fragments, rays, visibility, stages_ms, total_ms, build_ms, peak_bytes };
+        let stats = Stats {
+            config,
+            fragments,
+            rays,
+            visibility,
+            voxel_failures,
+            stages_ms,
+            total_ms,
+            build_ms,
+            peak_bytes,
+        };
         let text = serde_json::to_string_pretty(&stats)?;
         write_atomically(path, |file| writeln!(file, "{text}"))?;
         say(&format!("wrote {}", path.display()));

@@ -109,6 +109,31 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
 }
 
 #[test]
+fn failure_maps_say_where_voxels_are_wrong_and_why() {
+    let place = Place::new("failures");
+    let voxels = "render contact --size 96x72 --visibility voxel";
+    place.good(&format!("{voxels} --refiner full --failure-map f.png --stats s.json"));
+    assert_eq!(place.files(), ["f.png", "s.json"]);
+    let failures = &json(&place.path("s.json"))["voxel_failures"];
+    let count = |key: &str| failures[key].as_u64().unwrap();
+    let causes: u64 = ["self_occlusion", "thickness", "out_of_view", "missed"].map(count).iter().sum();
+    assert_eq!(count("failures"), causes);
+    // Around the box the grid is too coarse for some receivers, and most of the floor is open.
+    assert!(causes > 0 && causes < count("receivers") / 2 && count("receivers") < 96 * 72, "{failures}");
+    // Without a bias many receivers shade themselves, with one of a voxel few.
+    let bare = "--set visibility.bias=0";
+    place.good(&format!("{voxels} --refiner full {bare} --failure-map f.png --stats bare.json"));
+    let bare = json(&place.path("bare.json"))["voxel_failures"]["self_occlusion"].as_u64().unwrap();
+    assert!(bare > 10 * count("self_occlusion"), "{bare} of {failures}");
+
+    let message = place.bad(&format!("{voxels} --failure-map g.png"));
+    assert!(message.contains("sfvt-gass") && message.contains("--refiner full"), "{message}");
+    let message = place.bad("render contact --refiner full --failure-map g.png");
+    assert!(message.contains("bvh") && message.contains("--visibility voxel"), "{message}");
+    assert!(!place.path("g.png").exists());
+}
+
+#[test]
 fn without_an_output_option_the_picture_gets_the_name_of_the_scene() {
     let place = Place::new("default");
     place.good(SMALL);

@@ -1,6 +1,7 @@
 //! The stages of Halflight on the CPU: the definition of correct.
 
 pub mod beam;
+pub mod brute_force;
 pub mod bvh;
 mod compose;
 pub mod config;

@@ -2,6 +2,7 @@
 
 pub mod ablate;
 mod culled;
+pub mod exactness;
 pub mod exr_file;
 pub mod failure;
 pub mod picture;

@@ -9,6 +9,7 @@
 //! | `nave` | vaulted church, 75 k triangles, 32 × 15 × 13 m along x | `detail` 1 |
 //! | `hairball` | ball of thin tubes over a floor | `triangles` 100000, up to 2.85 M; `thickness` (by count): radius in metres; `seed` 1 |
 //! | `tree` | trunk, branches, twigs and leaves, 367 k triangles, 9 m high | `leaves` 12: on each twig; `seed` 4 |
+//! | `soup` | triangles of all sizes and shapes strewn in a ball over a floor | `triangles` 100000, from 100 to 3 M; `seed` 1 |
 //! | `tower` | steel lattice tower, 42 m high | `triangles` 514000, from 10 k to 3 M |
 //! | `toys` | blocks, balls, cones, drums, rings and cars on a floor | `triangles` 263000, from 10 k to 3 M; `seed` 1 |
 //! | `coaster` | roller-coaster of rails, sleepers and struts, 56 m long | `triangles` 1096000, from 100 k to 3 M |
@@ -32,6 +33,7 @@ mod plain;
 mod random;
 mod roofs;
 mod shapes;
+mod soup;
 #[cfg(test)]
 mod tests;
 mod tower;
@@ -82,7 +84,7 @@ pub enum GenerateError {
 
 type Generator = fn(&mut Parameters) -> Result<Mesh, GenerateError>;
 
-const NAMES: [&str; 12] = [
+const NAMES: [&str; 13] = [
     "atrium",
     "church",
     "coaster",
@@ -92,6 +94,7 @@ const NAMES: [&str; 12] = [
     "nave",
     "open-floor",
     "railing",
+    "soup",
     "tower",
     "toys",
     "tree",
@@ -108,6 +111,7 @@ const GENERATORS: [Generator; NAMES.len()] = [
     nave::nave,
     plain::open_floor,
     plain::railing,
+    soup::soup,
     tower::tower,
     toys::toys,
     tree::tree,

@@ -88,6 +88,7 @@ fn triangle_counts_are_like_the_papers() {
         ("tower", [10_000, 31_000, 100_000, 3_000_000]),
         ("toys", [10_000, 31_000, 100_000, 3_000_000]),
         ("coaster", [100_000, 200_000, 500_000, 3_000_000]),
+        ("soup", [100, 1_001, 31_000, 300_000]),
     ] {
         for triangles in counts {
             let count = mesh(name, &format!("triangles = {triangles}")).triangle_count();
@@ -116,6 +117,8 @@ fn every_mesh_is_valid_and_the_same_each_time() {
         ("coaster", "triangles = 100000"),
         ("church", "detail = 0.25"),
         ("church", "detail = 2"),
+        ("soup", "triangles = 100"),
+        ("soup", "triangles = 300000\nseed = 2"),
         ("railing", "bars = 2\nlength = 0.5\nthickness = 0.2"),
         ("contact", "width = 0.001\nheight = 100"),
     ] {
@@ -272,7 +275,7 @@ fn wrong_parameters_are_refused() {
     assert_eq!(
         message("castle", ""),
         "unknown generator `castle`; known are atrium, church, coaster, contact, hairball, half-plane, nave, open-floor, \
-         railing, tower, toys, tree"
+         railing, soup, tower, toys, tree"
     );
     assert_eq!(
         message("hairball", "triangels = 5"),

@@ -3,33 +3,12 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use halflight_core::mask::MaskBatch;
 use halflight_core::scene::Scene;
 
 use super::meshes::{Numbers, answer, ask, hall, lamp, patterns, scene, soup};
+use crate::brute_force::BruteForce;
 use crate::bvh::{Bvh, BvhRays};
-use crate::occluder::exact::meets;
 use crate::simd::Isa;
-
-/// All wanted bits by brute force over all triangles.
-fn brute_force(scene: &Scene, batch: &MaskBatch) -> Vec<u64> {
-    let mut out = Vec::new();
-    for query in 0..batch.len() {
-        let receiver = batch.queries()[query];
-        for (word, &wanted) in batch.wanted(query).iter().enumerate() {
-            let mut visible = 0;
-            for bit in (0..64).filter(|bit| wanted >> bit & 1 == 1) {
-                let place = batch.pattern().position(word * 64 + bit, receiver.key);
-                let end = scene.lights[0].point(place);
-                let hit = (0..scene.mesh.triangle_count())
-                    .any(|triangle| meets(receiver.origin, end, scene.mesh.corners(triangle)));
-                visible |= u64::from(!hit) << bit;
-            }
-            out.push(visible);
-        }
-    }
-    out
-}
 
 /// The first word in which two lists of masks differ.
 fn difference(a: &[u64], b: &[u64]) -> Option<usize> {
@@ -66,7 +45,7 @@ fn compare(scene: &Scene, origins: &[Vec3], brute: usize) -> (u64, u64) {
             }
             let few = &origins[..brute.min(origins.len())];
             let mut batch = ask(few, pattern, sparse);
-            let brute = brute_force(scene, &batch);
+            let brute = answer(&mut BruteForce, scene, &mut batch);
             assert_eq!(difference(&brute, &expected[..brute.len()]), None, "{pattern:?} brute force");
             for isa in Isa::available() {
                 let found = answer(&mut single.clone().with_isa(isa), scene, &mut batch);

@@ -1,0 +1,67 @@
+//! The truth that exact backends are held against: every triangle, asked in exact arithmetic.
+
+use glam::Vec3;
+use halflight_core::frame::Frame;
+use halflight_core::mask::MaskBatch;
+use halflight_core::stages::Visibility;
+use rayon::prelude::*;
+
+use crate::occluder::exact;
+
+/// Exact visibility without a hierarchy, a filter or a box: every wanted sample is asked of every triangle, by exact
+/// predicates (Shewchuk 1997). Far too slow for images.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BruteForce;
+
+impl Visibility for BruteForce {
+    fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
+        let (pattern, words) = (batch.pattern(), batch.words());
+        if words == 0 {
+            return;
+        }
+        let (light, mesh) = (*frame.light(batch.light()), &frame.scene.mesh);
+        let parts = batch.parts();
+        let slots = parts.wanted.par_chunks(words).zip(parts.visible.par_chunks_mut(words));
+        parts.queries.par_iter().zip(slots).for_each(|(query, (wanted, visible))| {
+            for (word, (&wanted, visible)) in wanted.iter().zip(visible).enumerate() {
+                *visible = 0;
+                for bit in (0..64).filter(|bit| wanted >> bit & 1 != 0) {
+                    let end = light.point(pattern.position(word * 64 + bit, query.key));
+                    let triangles = (0..mesh.triangle_count()).map(|triangle| mesh.corners(triangle));
+                    *visible |= u64::from(!occluded(query.origin, end, triangles)) << bit;
+                }
+            }
+        });
+    }
+}
+
+/// Whether the open segment from `origin` to `end` meets one of the closed triangles, given by their corners, in a single
+/// point; one that has an end of the segment in its plane is not met.
+pub fn occluded(origin: Vec3, end: Vec3, triangles: impl IntoIterator<Item = [Vec3; 3]>) -> bool {
+    triangles.into_iter().any(|corners| exact::meets(origin, end, corners))
+}
+
+#[cfg(test)]
+mod tests {
+    use halflight_core::pattern::{Pattern, PatternKind};
+
+    use super::*;
+    use crate::bvh::tests::meshes::{answer, ask, lamp, scene};
+
+    #[test]
+    fn half_a_light_behind_a_sheet() {
+        // Seen from the origin, the sheet at half the light's height ends where the light's middle is. Samples of even
+        // grids keep clear of it.
+        let sheet = [Vec3::new(0.0, 1.0, -9.0), Vec3::new(0.0, 1.0, 9.0), Vec3::new(9.0, 1.0, 0.0)];
+        let scene = scene(&[sheet], lamp(Vec3::Y * 2.0, 1.0));
+        let pattern = Pattern::with_count(PatternKind::Grid, 64).unwrap();
+        let mut batch = ask(&[Vec3::ZERO, Vec3::NEG_X * 9.0], pattern, false);
+        let found = answer(&mut BruteForce, &scene, &mut batch);
+        assert_eq!(found, [0x0f0f_0f0f_0f0f_0f0f, u64::MAX]);
+        // Bits that are not wanted stay off.
+        let mut batch = ask(&[Vec3::ZERO], pattern, true);
+        let wanted = batch.wanted(0)[0];
+        assert_eq!(answer(&mut BruteForce, &scene, &mut batch), [wanted & 0x0f0f_0f0f_0f0f_0f0f]);
+        assert_eq!(batch.visible(0), [wanted & 0x0f0f_0f0f_0f0f_0f0f]);
+    }
+}

@@ -1,0 +1,145 @@
+//! Holds exact backends against each other and against brute force: `cargo xtask exactness` passes its arguments on to
+//! this program.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use clap::Parser;
+use halflight_cpu::bvh::Bvh;
+use halflight_lab::ablate::provenance::Provenance;
+use halflight_lab::exactness::certificates::{self, Outcome};
+use halflight_lab::exactness::{self, ExactnessError, Record, SCENES, Settings};
+use indicatif::{HumanCount, ProgressBar, ProgressStyle};
+
+/// Compares the masks of bvh, raster4d and beam bit for bit, and with brute force, and tries to break what beams prove.
+///
+/// Fails where anything differs.
+#[derive(Parser)]
+#[command(name = "cargo xtask exactness", version)]
+struct Arguments {
+    /// A bundled scene or the path of a scene file; may be repeated [default: atrium, nave, hairball, tree, soup]
+    #[arg(long, value_name = "NAME-OR-PATH")]
+    scene: Vec<String>,
+    /// Pairs of a receiver and a light sample that every backend is compared on in each scene
+    #[arg(long, value_name = "N", value_parser = count, default_value = "1e7")]
+    pairs: u64,
+    /// Pairs that are compared with brute force over all triangles in each scene
+    #[arg(long, value_name = "N", value_parser = count, default_value = "1e5")]
+    brute_force: u64,
+    /// Receivers, times triangles of their scene, about which beams must have proved something while attacked; 0 for no
+    /// attacks
+    #[arg(long, value_name = "N", value_parser = count, default_value = "1e6")]
+    certificates: u64,
+    /// Only the attacks on what beams prove
+    #[arg(long, conflicts_with_all = ["scene", "pairs", "brute_force"])]
+    only_certificates: bool,
+    /// Seed of light samples, chosen receivers and attacks
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u32,
+    /// Folder for exactness.csv and certificates.csv
+    #[arg(long, value_name = "DIR", default_value = "target/exactness")]
+    out: PathBuf,
+}
+
+/// A number such as 250000 or 1e7.
+fn count(text: &str) -> Result<u64, String> {
+    let whole = |number: f64| number >= 0.0 && number.fract() == 0.0 && number <= 1e15;
+    let float = || text.parse().ok().filter(|&number| whole(number)).map(|number: f64| number as u64);
+    text.parse()
+        .ok()
+        .or_else(float)
+        .ok_or_else(|| "expected a whole number, such as 250000 or 1e7".to_string())
+}
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse()) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(fault) => {
+            eprintln!("error: {fault}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Whether all is as it should be.
+fn run(arguments: &Arguments) -> Result<bool, ExactnessError> {
+    let provenance = Provenance::of_this_run();
+    let mut right = true;
+    if !arguments.only_certificates {
+        let records = scenes(arguments)?;
+        print!("{}", exactness::table(&records));
+        let columns = ["scene", "triangles", "bvh_against", "pairs", "different"];
+        exactness::write_csv(
+            &arguments.out,
+            "exactness.csv",
+            &columns,
+            &records,
+            arguments.seed,
+            &provenance,
+        )?;
+        right &= records.iter().all(|record| record.different == 0);
+    }
+    if arguments.certificates > 0 {
+        let bar = bar("certificates", arguments.certificates);
+        let outcome = certificates::attack(arguments.certificates, arguments.seed, |cases| bar.inc(cases))?;
+        bar.finish_and_clear();
+        println!("{}", account(&outcome));
+        let (columns, rows) = (&Outcome::COLUMNS, &[outcome]);
+        exactness::write_csv(&arguments.out, "certificates.csv", columns, rows, arguments.seed, &provenance)?;
+        if outcome.cases < arguments.certificates {
+            eprintln!("error: beams prove too little for {} cases", arguments.certificates);
+        }
+        right &= outcome.different == 0 && outcome.cases >= arguments.certificates;
+    }
+    if !right {
+        eprintln!("error: not exact");
+    }
+    Ok(right)
+}
+
+fn scenes(arguments: &Arguments) -> Result<Vec<Record>, ExactnessError> {
+    let named = SCENES.map(str::to_string);
+    let names = if arguments.scene.is_empty() { &named[..] } else { &arguments.scene };
+    let settings =
+        Settings { pairs: arguments.pairs, brute_force: arguments.brute_force, seed: arguments.seed };
+    let mut records = Vec::new();
+    for name in names {
+        let scene = halflight_scene::resolve(name)?.scene;
+        let bvh = Arc::new(Bvh::build(&scene.mesh)?);
+        let mut backends = exactness::backends(&bvh)?;
+        let bar = bar(name, (backends.len() as u64 - 1) * settings.pairs + settings.brute_force);
+        let agreements = exactness::check(&scene, &bvh, &mut backends, &settings, |pairs| bar.inc(pairs))?;
+        bar.finish_and_clear();
+        records.extend(agreements.into_iter().map(|agreement| Record {
+            scene: name.clone(),
+            triangles: scene.mesh.triangle_count(),
+            backend: agreement.name,
+            pairs: agreement.pairs,
+            different: agreement.different,
+        }));
+    }
+    Ok(records)
+}
+
+/// A progress bar on standard error, hidden where that is no terminal.
+fn bar(what: &str, length: u64) -> ProgressBar {
+    let bar = ProgressBar::new(length).with_message(what.to_string());
+    let style = ProgressStyle::with_template("{msg:14} {bar:30} {human_pos}/{human_len}, {elapsed}");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}
+
+/// Attacks in words.
+fn account(outcome: &Outcome) -> String {
+    let Outcome { groups, proved, lit, umbra, cases, pairs, different, broken } = *outcome;
+    let [groups, proved, lit, umbra, cases, pairs] =
+        [groups, proved, lit, umbra, cases, pairs].map(|number| HumanCount(number).to_string());
+    let broken = broken.map_or_else(String::new, |index| format!(", first in attack {index}"));
+    format!(
+        "certificates: {groups} groups attacked, {proved} proved something: {lit} receivers lit, {umbra} in umbra, {cases} \
+         cases of a receiver and a triangle; of {pairs} pairs of a receiver and a light sample {different} differ from \
+         brute force{broken}"
+    )
+}
