@@ -95,7 +95,7 @@ pub(crate) struct Render {
     pub(crate) fragment_map: Option<PathBuf>,
     /// Picture of the receivers that voxel marching gets wrong by more than a tenth of the light, a colour a cause: red and
     /// yellow too dark, by the receiver's own voxels or others; blue and green too bright, by what is out of view or
-    /// missed. Needs --visibility voxel and --refiner full. With several lights, those of the last.
+    /// missed. Needs --visibility voxel and --refiner full. The picture is of the last light, counts are of all.
     #[arg(long, value_name = "F.png", help_heading = "Output")]
     pub(crate) failure_map: Option<PathBuf>,
     /// Configuration, fragments, rays and times as JSON; with --failure-map, counts of failures.
