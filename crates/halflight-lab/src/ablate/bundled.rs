@@ -70,12 +70,12 @@ mod tests {
             ("visibility", 4, 3 * 4),
             ("voxel", 4, 2 * 6 + 3 + 4 * 2 + 2 * 2 + 1),
             ("wang-table1", 6, 3),
-            ("wang-table2", 3, 5),
-            ("wang-table3", 5, 1),
+            ("wang-table2", 3, 6),
+            ("wang-table3", 5, 2),
             ("wang-table4", 4, 3 * 4),
             ("wang-table5", 4 * 5, 3),
             ("wang-table6", 4, 4),
-            ("wang-table7", 5, 2),
+            ("wang-table7", 5, 1),
             ("wang-table8", 5, 2 + 7 + 7),
         ];
         assert_eq!(counts, expected);
