@@ -29,8 +29,8 @@ struct Limits {
 impl Limits {
     /// Rays cost as much as there are samples, rows of masks as much as its square root.
     fn new(pattern: Pattern) -> Self {
-        let side = pattern.len().isqrt();
-        Self { short: 64, whole: 512, long: 8 * side, blocks: side }
+        let samples = pattern.len();
+        Self { short: 64, whole: 512, long: 8 * samples.isqrt(), blocks: (samples / 8).clamp(8, 256) }
     }
 }
 
