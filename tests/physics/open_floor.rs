@@ -25,7 +25,12 @@ fn closed_form(x: f64, z: f64, h: f64) -> f64 {
 fn ratio_shading_is_exact_for_every_refiner_and_upsampler() {
     let stage = Stage::bundled("open-floor").unwrap();
     for refiner in RefinerConfig::NAMES {
-        for upsampler in [UpsamplerConfig::Bilinear, UpsamplerConfig::RbfRobust, UpsamplerConfig::Delaunay] {
+        for upsampler in [
+            UpsamplerConfig::Bilinear,
+            UpsamplerConfig::RbfRobust,
+            UpsamplerConfig::Delaunay,
+            UpsamplerConfig::Lattice,
+        ] {
             let config = PipelineConfig {
                 width: 160,
                 height: 120,

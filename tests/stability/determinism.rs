@@ -19,6 +19,7 @@ fn images_are_identical_for_one_two_and_eight_threads() {
             Shading::Sampled,
             Shading::Ratio,
             Shading::Ratio,
+            Shading::Ratio,
         ]) {
             let config = PipelineConfig {
                 width: 160,

@@ -74,7 +74,7 @@ fn odd_sizes_are_covered_by_cells_exactly_once() {
 fn the_papers_size_is_covered_too() {
     // 960 is 7.5 × 128: clipped border fragments.
     let stage = Stage::new(blocker_over_floor()).unwrap();
-    for refiner in ["nichols", "sfvt-gass"] {
+    for refiner in ["nichols", "sfvt-gass", "lattice"] {
         check(&stage, 1280, 960, refiner, UpsamplerConfig::RbfRobust, Shading::Ratio);
     }
 }

@@ -13,8 +13,8 @@ use crate::bvh::{Bvh, BvhRays};
 use crate::irradiance::Shading;
 use crate::pipeline::{Pipeline, PipelineBuilder, PipelineError};
 use crate::raster4d::{Raster4d, Raster4dConfig};
-use crate::refine::{Full, Nichols, NicholsConfig, SfvtGass, SfvtGassConfig};
-use crate::upsample::{Bilinear, Delaunay, RbfAdaptive, RbfFixed, RbfRobust};
+use crate::refine::{Full, Lattice, LatticeConfig, Nichols, NicholsConfig, SfvtGass, SfvtGassConfig};
+use crate::upsample::{self, Bilinear, Delaunay, RbfAdaptive, RbfFixed, RbfRobust};
 use crate::voxel::{VoxelConfig, Voxels};
 
 /// A refiner and its constants.
@@ -27,6 +27,8 @@ pub enum RefinerConfig {
     SfvtGass(SfvtGassConfig),
     /// Every pixel its own samples.
     Full,
+    /// Cells with masks at their corners, split where the visible fraction cannot be predicted.
+    Lattice(LatticeConfig),
 }
 
 /// A visibility backend and its constants.
@@ -73,6 +75,8 @@ pub enum UpsamplerConfig {
     RbfRobust,
     /// Triangulation of the samples.
     Delaunay,
+    /// Bilinear between the corners of cells.
+    Lattice,
 }
 
 /// All choices of a pipeline but the scene.
@@ -113,13 +117,14 @@ impl Default for PipelineConfig {
 
 impl Named for RefinerConfig {
     const STAGE: &str = "refiner";
-    const NAMES: &[&str] = &["nichols", "sfvt-gass", "full"];
+    const NAMES: &[&str] = &["nichols", "sfvt-gass", "full", "lattice"];
 
     fn named(name: &str) -> Option<Self> {
         match name {
             "nichols" => Some(Self::Nichols(NicholsConfig::default())),
             "sfvt-gass" => Some(Self::SfvtGass(SfvtGassConfig::default())),
             "full" => Some(Self::Full),
+            "lattice" => Some(Self::Lattice(LatticeConfig::default())),
             _ => None,
         }
     }
@@ -129,6 +134,7 @@ impl Named for RefinerConfig {
             Self::Nichols(_) => "nichols",
             Self::SfvtGass(_) => "sfvt-gass",
             Self::Full => "full",
+            Self::Lattice(_) => "lattice",
         }
     }
 }
@@ -140,6 +146,7 @@ impl RefinerConfig {
             Self::Nichols(config) => Box::new(Nichols::new(config)),
             Self::SfvtGass(config) => Box::new(SfvtGass::new(config)),
             Self::Full => Box::new(Full::default()),
+            Self::Lattice(config) => Box::new(Lattice::new(config)),
         }
     }
 }
@@ -185,11 +192,12 @@ impl VisibilityConfig {
 
 impl UpsamplerConfig {
     /// The names that [`UpsamplerConfig::named`] knows.
-    pub const NAMES: [&str; 5] = ["bilinear", "rbf-fixed", "rbf-adaptive", "rbf-robust", "delaunay"];
+    pub const NAMES: [&str; 6] =
+        ["bilinear", "rbf-fixed", "rbf-adaptive", "rbf-robust", "delaunay", "lattice"];
 
     /// All upsamplers, in the order of their names.
-    pub const ALL: [Self; 5] =
-        [Self::Bilinear, Self::RbfFixed, Self::RbfAdaptive, Self::RbfRobust, Self::Delaunay];
+    pub const ALL: [Self; 6] =
+        [Self::Bilinear, Self::RbfFixed, Self::RbfAdaptive, Self::RbfRobust, Self::Delaunay, Self::Lattice];
 
     /// The upsampler of this name.
     pub fn named(name: &str) -> Option<Self> {
@@ -204,6 +212,7 @@ impl UpsamplerConfig {
             Self::RbfAdaptive => "rbf-adaptive",
             Self::RbfRobust => "rbf-robust",
             Self::Delaunay => "delaunay",
+            Self::Lattice => "lattice",
         }
     }
 
@@ -215,6 +224,7 @@ impl UpsamplerConfig {
             Self::RbfAdaptive => Box::new(RbfAdaptive::default()),
             Self::RbfRobust => Box::new(RbfRobust::default()),
             Self::Delaunay => Box::new(Delaunay::default()),
+            Self::Lattice => Box::new(upsample::Lattice::default()),
         }
     }
 }

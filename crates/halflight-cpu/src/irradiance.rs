@@ -128,6 +128,23 @@ impl Kernel for QuerySums<'_> {
     }
 }
 
+/// The visible fraction `F` of one query that has been answered, or `None` when every sample lies below a horizon: such
+/// samples have been taken out of `wanted`.
+pub fn fraction(light: &AreaLight, batch: &MaskBatch, query: usize) -> Option<f32> {
+    let (mut lit, mut unlit) = (0, 0);
+    for (&wanted, &visible) in batch.wanted(query).iter().zip(batch.visible(query)) {
+        lit |= wanted & visible;
+        unlit |= wanted & !visible;
+    }
+    // Most receivers are in the open or in the umbra, whatever their samples weigh.
+    match (lit != 0, unlit != 0) {
+        (false, false) => None,
+        (true, false) => Some(1.0),
+        (false, true) => Some(0.0),
+        (true, true) => query_sums(light, batch, query, 1).fraction(),
+    }
+}
+
 /// Computes the value of every sample.
 pub fn evaluate(frame: &Frame, fragments: &Fragments, shading: Shading, values: &mut Vec<Option<f32>>) {
     let light = frame.light(fragments.light());
@@ -141,6 +158,9 @@ pub fn evaluate(frame: &Frame, fragments: &Fragments, shading: Shading, values: 
             };
         }
         let batch = fragments.batch(sample.batch);
+        if shading == Shading::Ratio && sample.probes == 1 {
+            return fraction(light, batch, sample.first as usize);
+        }
         let sums = |needed| sums(light, batch, sample.first as usize, usize::from(sample.probes), needed);
         match shading {
             Shading::Sampled => Some(sums(Needed::Visible).sampled(area)),

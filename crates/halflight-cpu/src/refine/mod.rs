@@ -1,6 +1,8 @@
 //! Refiners: which fragments an image is made of.
 
+mod breaks;
 mod full;
+mod lattice;
 mod nichols;
 mod place;
 mod sfvt_gass;
@@ -8,8 +10,11 @@ mod sfvt_gass;
 mod tests;
 
 pub use full::Full;
+pub use lattice::{Lattice, LatticeConfig};
 pub use nichols::{Nichols, NicholsConfig};
 pub use sfvt_gass::{SfvtGass, SfvtGassConfig};
+
+pub use crate::rise::RiseLimits;
 
 use halflight_core::fragment::Sample;
 use halflight_core::frame::Frame;

@@ -76,6 +76,8 @@ struct Painted<F> {
 
 impl<F: Fn(u32, u32) -> u64 + Send> Visibility for Painted<F> {
     fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
+        // As the pipeline does before it asks a backend.
+        crate::horizon::cull(frame.light(batch.light()), batch);
         let words = batch.words();
         let (queries, wanted, visible) = batch.slots_mut();
         for (index, query) in queries.iter().enumerate() {
@@ -220,11 +222,133 @@ fn incremental_and_interleaved_sampling_trace_less_of_the_same_shadow() {
 fn culled_fragments_hold_no_probes() {
     let mut floor = Floor::new(64, 64);
     floor.gbuffer.normal.fill(-Vec3::Y);
-    for name in ["nichols", "sfvt-gass"] {
+    for name in ["nichols", "sfvt-gass", "lattice"] {
         let mut refiner =
             <crate::config::RefinerConfig as crate::config::Named>::named(name).unwrap().stage();
         let (fragments, rays) = floor.refine(refiner.as_mut(), |_, _| u64::MAX);
         assert_eq!(rays, 0, "{name}");
-        assert!(fragments.samples().iter().all(|sample| sample.probes == 0) && !fragments.cells().is_empty());
+        // The lattice asks at its corners to find out.
+        let empty = |sample: &Sample| sample.probes == 0 || name == "lattice";
+        assert!(fragments.samples().iter().all(empty) && !fragments.cells().is_empty());
     }
+}
+
+/// The first `count` of 64 samples.
+fn first(count: u32) -> u64 {
+    if count >= 64 { u64::MAX } else { (1 << count) - 1 }
+}
+
+/// Visible fraction by pixel, where it is known.
+fn fractions(floor: &Floor, fragments: &Fragments) -> Vec<Option<f32>> {
+    let mut known = vec![None; floor.gbuffer.pixels()];
+    for sample in fragments.samples() {
+        let place = &mut known[sample.pixel as usize];
+        assert!(place.is_none(), "pixel {} was traced twice", sample.pixel);
+        let batch = fragments.batch(sample.batch);
+        *place = crate::irradiance::fraction(&floor.scene.lights[0], batch, sample.first as usize);
+    }
+    known
+}
+
+/// Levels of the cells along a row, by column.
+fn levels_of_row(floor: &Floor, fragments: &Fragments, y: u32) -> Vec<u8> {
+    let mut owners = Vec::new();
+    fragments.owners(&mut owners);
+    let row = floor.gbuffer.index(0, y)..floor.gbuffer.index(0, y + 1);
+    owners[row].iter().map(|&owner| fragments.cells()[owner as usize].level).collect()
+}
+
+#[test]
+fn the_lattice_shares_corners_and_refines_what_it_cannot_predict() {
+    let floor = Floor::new(256, 128);
+    let (open, rays) = floor.refine(&mut Lattice::default(), |_, _| u64::MAX);
+    // One corner a cell of 16², and one more a row and a column, in the image's last pixels.
+    assert_eq!((open.cells().len(), open.samples().len(), rays), (16 * 8, 17 * 9, 17 * 9 * 64));
+    fractions(&floor, &open);
+
+    let (edge, _) = floor.refine(&mut Lattice::default(), |x, _| if x < 101 { 0 } else { u64::MAX });
+    let levels = levels_of_row(&floor, &edge, 64);
+    assert_eq!((levels[100], levels[50], levels[200]), (0, 4, 4));
+    fractions(&floor, &edge);
+
+    // A penumbra of 128 pixels: 16 of them differ by an eighth and are not trusted at once, but as they foretell what lies
+    // between them, 8 are.
+    let ramp = |x: u32, _: u32| first((x / 2).saturating_sub(32));
+    let (penumbra, _) = floor.refine(&mut Lattice::default(), ramp);
+    let levels = levels_of_row(&floor, &penumbra, 64);
+    assert_eq!((levels[10], levels[100], levels[150], levels[240]), (4, 3, 3, 4));
+    // Without any tolerance every pixel that differs from its neighbours is traced.
+    let exact = LatticeConfig { error: 0.0, ..LatticeConfig::default() };
+    let (penumbra, _) = floor.refine(&mut Lattice::new(exact), ramp);
+    assert!(levels_of_row(&floor, &penumbra, 64)[66..190].iter().all(|&level| level <= 1));
+}
+
+#[test]
+fn a_thin_shadow_that_one_cell_finds_is_followed() {
+    let floor = Floor::new(256, 128);
+    // A wire's shadow between the corners of all cells, which one broader spot gives away.
+    let wire = |x: u32, y: u32| if y == 37 || (x < 20 && y > 30 && y < 37) { 0 } else { u64::MAX };
+    let (fragments, rays) = floor.refine(&mut Lattice::default(), wire);
+    assert!(levels_of_row(&floor, &fragments, 37).iter().all(|&level| level == 0));
+    assert!(rays < 256 * 128 * 64 / 4, "{rays}");
+    let (blind, _) = floor.refine(&mut Lattice::default(), |_, y| if y == 37 { 0 } else { u64::MAX });
+    assert!(levels_of_row(&floor, &blind, 37).iter().all(|&level| level == 4), "nothing gives the wire away");
+}
+
+#[test]
+fn no_crack_between_levels_is_wider_than_the_error() {
+    let floor = Floor::new(200, 150);
+    // Rings of penumbrae of many widths.
+    let rings = |x: u32, y: u32| {
+        let (dx, dy) = (x as f32 - 70.0, y as f32 - 90.0);
+        let distance = (dx * dx + dy * dy).sqrt();
+        first((32.0 + 40.0 * (900.0 / (distance + 20.0)).sin()).clamp(0.0, 64.0) as u32)
+    };
+    let config = LatticeConfig::default();
+    let (fragments, _) = floor.refine(&mut Lattice::new(config), rings);
+    let known = fractions(&floor, &fragments);
+    let (mut checked, mut worst) = (0, 0.0f32);
+    for cell in fragments.cells().iter().filter(|cell| cell.level > 0) {
+        let (x0, y0, ..) = cell.pixels(200, 150);
+        let size = 1 << cell.level;
+        let (x1, y1) = ((x0 + size).min(199), (y0 + size).min(149));
+        let at = |x: u32, y: u32| known[floor.gbuffer.index(x, y)];
+        for y in y0 + 1..y1 {
+            let down = (y - y0) as f32 / (y1 - y0) as f32;
+            for x in [x0, x1] {
+                let (Some(top), Some(bottom)) = (at(x, y0), at(x, y1)) else { panic!("a corner is unknown") };
+                if let Some(found) = at(x, y) {
+                    worst = worst.max((top + (bottom - top) * down - found).abs());
+                    checked += 1;
+                }
+            }
+        }
+    }
+    // Rounding of the interpolation on top.
+    assert!(checked > 500 && worst <= config.error + 1e-6, "{checked} {worst}");
+    assert!(worst > 0.5 * config.error, "nothing to see: {worst}");
+}
+
+#[test]
+fn cells_split_at_steps_and_where_the_light_sets() {
+    let mut floor = Floor::new(64, 32);
+    for pixel in 0..floor.gbuffer.pixels() {
+        if pixel % 64 >= 37 {
+            floor.gbuffer.position[pixel].y -= 1.0;
+            floor.gbuffer.primitive[pixel] = 1;
+        }
+    }
+    let (fragments, _) = floor.refine(&mut Lattice::default(), |_, _| u64::MAX);
+    let levels = levels_of_row(&floor, &fragments, 9);
+    assert_eq!((levels[0], levels[36], levels[37], levels[63]), (4, 0, 0, 4));
+
+    let mut floor = Floor::new(64, 32);
+    for pixel in 0..floor.gbuffer.pixels() {
+        if pixel % 64 >= 37 {
+            floor.gbuffer.normal[pixel] = -Vec3::Y;
+        }
+    }
+    let (fragments, _) = floor.refine(&mut Lattice::default(), |_, _| u64::MAX);
+    let levels = levels_of_row(&floor, &fragments, 9);
+    assert_eq!((levels[0], levels[36], levels[37], levels[63]), (4, 0, 0, 4));
 }

@@ -9,6 +9,7 @@ use halflight_core::stages::Upsampler;
 use proptest::prelude::*;
 
 use super::*;
+use crate::rise::RiseLimits;
 use support::{
     Plane, Random, WALL, all, corner_cells, planes, push_cell, quadtree, sample_at, upsample, values_by,
 };
@@ -54,11 +55,12 @@ fn random_case(seed: u32, width: u32, height: u32) -> (GBuffer, Fragments) {
     (gbuffer, fragments)
 }
 
-fn ours() -> [(&'static str, Box<dyn Upsampler>); 3] {
+fn ours() -> [(&'static str, Box<dyn Upsampler>); 4] {
     [
         ("bilinear", Box::new(Bilinear::default())),
         ("rbf-robust", Box::new(RbfRobust::default())),
         ("delaunay", Box::new(Delaunay::default())),
+        ("lattice", Box::new(Lattice::default())),
     ]
 }
 
@@ -255,12 +257,47 @@ fn samples_at_shared_corners_work() {
         let out = upsample(&mut *upsampler, &gbuffer, &fragments, &values);
         // The papers' own may overshoot, but not by more than the values themselves.
         assert_eq!(first_outside(&gbuffer, &out, -1.0, 2.0), None, "{name}");
-        if matches!(name, "rbf-robust" | "delaunay") {
+        if matches!(name, "rbf-robust" | "delaunay" | "lattice") {
             assert_eq!(first_outside(&gbuffer, &out, ramp(0.5, 0.5), ramp(69.5, 44.5)), None, "{name}");
             for (sample, value) in fragments.samples().iter().zip(&values) {
                 assert_eq!(Some(out[sample.pixel as usize]), *value, "{name}");
             }
         }
+    }
+}
+
+#[test]
+fn between_corners_ramps_are_exact_and_steps_are_kept() {
+    let gbuffer = planes(70, 45, |_, _| Some(WALL));
+    let fragments = corner_cells(70, 45, 4);
+    let ramp = |x: f32, y: f32| 0.2 + 0.003 * x + 0.002 * y;
+    let out = upsample(&mut Lattice::default(), &gbuffer, &fragments, &values_by(&fragments, ramp));
+    // Four products and a division of numbers below 1.
+    assert!(worst(&gbuffer, &out, 0, ramp) < 1e-6);
+    // A step in the middle of cells: every pixel takes the values of its own side. Without knowledge of surfaces it would not.
+    let near = Plane { normal: WALL.normal, distance: -4.0 };
+    let gbuffer = planes(70, 45, |x, _| Some(if x < 23 { near } else { WALL }));
+    let values = values_by(&fragments, |x, _| if x < 23.0 { 0.0 } else { 1.0 });
+    let side = |x: f32, _: f32| if x < 23.0 { 0.0 } else { 1.0 };
+    let out = upsample(&mut Lattice::default(), &gbuffer, &fragments, &values);
+    assert_eq!(worst(&gbuffer, &out, 0, side), 0.0);
+    let rise = RiseLimits { crease_deg: 90.0, step_px: 1e9 };
+    let blind = LatticeConfig { rise, ..LatticeConfig::default() };
+    let out = upsample(&mut Lattice::new(blind), &gbuffer, &fragments, &values);
+    assert!(worst(&gbuffer, &out, 0, side) > 0.2);
+}
+
+#[test]
+fn cells_of_other_refiners_are_computed_like_rbf_robust() {
+    let (gbuffer, _) = random_case(4, 90, 70);
+    let fragments =
+        quadtree(90, 70, 4, true, &mut |level, x, y| (u32::from(level) + x + y).is_multiple_of(3));
+    let values = values_by(&fragments, |x, y| (0.1 * x).sin() + (0.07 * y).cos() + 2.0);
+    let robust = upsample(&mut RbfRobust::default(), &gbuffer, &fragments, &values);
+    let lattice = upsample(&mut Lattice::default(), &gbuffer, &fragments, &values);
+    let sample = |pixel: usize| fragments.samples().iter().any(|s| s.level == 0 && s.pixel as usize == pixel);
+    for pixel in 0..gbuffer.pixels() {
+        assert!(robust[pixel] == lattice[pixel] || sample(pixel), "{pixel}");
     }
 }
 

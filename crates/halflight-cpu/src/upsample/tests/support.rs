@@ -10,7 +10,7 @@ use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::Scene;
 use halflight_core::stages::Upsampler;
 
-use crate::upsample::{Bilinear, Delaunay, RbfAdaptive, RbfFixed, RbfRobust};
+use crate::upsample::{Bilinear, Delaunay, Lattice, RbfAdaptive, RbfFixed, RbfRobust};
 
 /// Numbers from the workspace's own hash.
 pub(super) struct Random(pub(super) u32);
@@ -85,14 +85,15 @@ pub(super) fn upsample(
     out
 }
 
-/// All five with their names.
-pub(super) fn all() -> [(&'static str, Box<dyn Upsampler>); 5] {
+/// All with their names.
+pub(super) fn all() -> [(&'static str, Box<dyn Upsampler>); 6] {
     [
         ("bilinear", Box::new(Bilinear::default())),
         ("rbf-fixed", Box::new(RbfFixed::default())),
         ("rbf-adaptive", Box::new(RbfAdaptive::default())),
         ("rbf-robust", Box::new(RbfRobust::default())),
         ("delaunay", Box::new(Delaunay::default())),
+        ("lattice", Box::new(Lattice::default())),
     ]
 }
 

@@ -1,0 +1,115 @@
+//! A cell's corners: the pixels that its values are interpolated from.
+
+use crate::rise::Rise;
+
+/// Corner pixels of a square cell: its own first pixel and the first ones of the cells right of and below it, clamped to the
+/// image's last column and row; a pixel's is itself. In the order top left, top right, bottom left, bottom right; at the border they may coincide.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Corners {
+    width: usize,
+    x0: u32,
+    y0: u32,
+    x1: u32,
+    y1: u32,
+    across: f32,
+    down: f32,
+}
+
+impl Corners {
+    /// The corners of cell (x, y) of a level in an image of this size, in which the cell's first pixel lies.
+    #[inline]
+    pub(crate) fn new(width: u32, height: u32, level: u8, x: u32, y: u32) -> Self {
+        let (x0, y0) = (x << level, y << level);
+        let size = if level > 0 { 1 << level } else { 0 };
+        let (x1, y1) = ((x0 + size).min(width - 1), (y0 + size).min(height - 1));
+        let inverse = |length: u32| 1.0 / length.max(1) as f32;
+        Self { width: width as usize, x0, y0, x1, y1, across: inverse(x1 - x0), down: inverse(y1 - y0) }
+    }
+
+    /// Columns and rows.
+    #[inline]
+    pub(crate) fn places(&self) -> [(u32, u32); 4] {
+        [(self.x0, self.y0), (self.x1, self.y0), (self.x0, self.y1), (self.x1, self.y1)]
+    }
+
+    /// Indices in the image.
+    #[inline]
+    pub(crate) fn pixels(&self) -> [usize; 4] {
+        self.places().map(|(x, y)| y as usize * self.width + x as usize)
+    }
+
+    /// Bilinear weights of the corners at pixel (x, y); extrapolated where it does not lie between them.
+    #[inline]
+    pub(crate) fn weights(&self, x: u32, y: u32) -> [f32; 4] {
+        let u = (x as f32 - self.x0 as f32) * self.across;
+        let v = (y as f32 - self.y0 as f32) * self.down;
+        [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v]
+    }
+
+    /// The value at pixel (x, y): bilinear between the corners that nothing parts from it and whose value exists (is no
+    /// NaN), their weights renormalised. NaN without any.
+    #[inline]
+    pub(crate) fn interpolate(&self, rise: &Rise, values: &[f32; 4], x: u32, y: u32) -> f32 {
+        let pixel = y as usize * self.width + x as usize;
+        let (weights, pixels) = (self.weights(x, y), self.pixels());
+        let (mut sum, mut total) = (0.0, 0.0);
+        let (mut plain, mut count) = (0.0, 0.0);
+        for (corner, (cx, cy)) in self.places().into_iter().enumerate() {
+            let (weight, value) = (weights[corner], values[corner]);
+            if value.is_nan() || rise.parts(pixel, pixels[corner], cx.abs_diff(x).max(cy.abs_diff(y))) {
+                continue;
+            }
+            sum += weight * value;
+            total += weight;
+            plain += value;
+            count += 1.0;
+        }
+        // Those that are left may have next to no weight.
+        if total > 1e-3 { sum / total } else { plain / count }
+    }
+
+    /// The places where pixels of finer cells meet this one: along its four edges, and just outside the left and the top one.
+    /// What lies just outside the others is on these edges, which belong to the next cells.
+    pub(crate) fn edges(&self) -> impl Iterator<Item = (u32, u32)> {
+        let Self { x0, y0, x1, y1, .. } = *self;
+        let outside = |at: u32| at.checked_sub(1).into_iter();
+        let inner = (x0 + 1..x1).flat_map(move |x| [(x, y0), (x, y1)]);
+        let inner = inner.chain((y0 + 1..y1).flat_map(move |y| [(x0, y), (x1, y)]));
+        let above = outside(y0).flat_map(move |y| (x0..=x1).map(move |x| (x, y)));
+        inner.chain(above).chain(outside(x0).flat_map(move |x| (y0..=y1).map(move |y| (x, y))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_are_clamped_at_the_last_row_and_column() {
+        let inner = Corners::new(10, 7, 2, 1, 0);
+        assert_eq!(inner.places(), [(4, 0), (8, 0), (4, 4), (8, 4)]);
+        assert_eq!(inner.pixels(), [4, 8, 44, 48]);
+        // Three a side, and five outside the left one; nothing is above.
+        assert_eq!(inner.edges().count(), 4 * 3 + 5);
+        assert!(inner.edges().all(|(x, y)| (3..=8).contains(&x) && y <= 4));
+        let border = Corners::new(10, 7, 2, 2, 1);
+        assert_eq!(border.places(), [(8, 4), (9, 4), (8, 6), (9, 6)]);
+        assert_eq!(Corners::new(10, 7, 0, 3, 2).places(), [(3, 2); 4]);
+        let last = Corners::new(9, 5, 2, 2, 1);
+        assert_eq!((last.places(), last.edges().count()), ([(8, 4); 4], 2));
+        assert_eq!(last.weights(8, 4), [1.0, 0.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn interpolation_follows_a_ramp() {
+        let corners = Corners::new(100, 100, 3, 2, 3);
+        let ramp = |x: u32, y: u32| 0.25 * x as f32 - 0.5 * y as f32;
+        let values = corners.places().map(|(x, y)| ramp(x, y));
+        for (x, y) in [(16, 24), (19, 30), (24, 32), (16, 27), (15, 25)] {
+            // All numbers are short binary fractions.
+            let weights = corners.weights(x, y);
+            let sum: f32 = weights.iter().zip(values).map(|(weight, value)| weight * value).sum();
+            assert_eq!(sum, ramp(x, y));
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! The lattice upsampler: bilinear between the corners of cells.
+
+use halflight_core::fragment::{Cell, Fragments};
+use halflight_core::frame::Frame;
+use halflight_core::stages::Upsampler;
+use serde::{Deserialize, Serialize};
+
+use super::cells::{Field, Piece, Rows};
+use super::nearby::{Role, Source, assign_roles};
+use super::robust::{Fit, RbfRobustConfig, Scratch};
+use super::surface::Surfaces;
+use crate::corners::Corners;
+use crate::rise::{Rise, RiseLimits};
+
+/// Configuration of [`Lattice`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LatticeConfig {
+    /// Where surfaces end.
+    pub rise: RiseLimits,
+    /// How pixels are computed that have no corner on their surface, and cells without a sample at each corner.
+    pub rest: RbfRobustConfig,
+}
+
+/// Bilinear interpolation over cells that have samples at their corners: their first pixel and the first ones of the cells
+/// right of and below them, clamped to the image's last column and row.
+///
+/// A corner above whose tangent plane the pixel rises, or that rises above the pixel's, is left out, and the others' weights
+/// are renormalised: convex surfaces are interpolated over, steps and concave creases are not. Constants and, on one
+/// surface, ramps come out as they are, and nothing lies outside the bounds of its corners. Cells of other refiners, and
+/// pixels that no corner serves, are computed as by [`RbfRobust`](super::RbfRobust).
+#[derive(Debug, Default)]
+pub struct Lattice {
+    config: LatticeConfig,
+    owners: Vec<u32>,
+    roles: Vec<Role>,
+}
+
+impl Lattice {
+    /// An upsampler without buffers yet.
+    pub fn new(config: LatticeConfig) -> Self {
+        Self { config, ..Self::default() }
+    }
+}
+
+impl Upsampler for Lattice {
+    fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[Option<f32>], out: &mut [f32]) {
+        let Some(field) = Field::new(frame.gbuffer, fragments, values, &mut self.owners, out) else {
+            out.fill(0.0);
+            return;
+        };
+        let pass = Pass { field: &field, rise: Rise::new(frame, &self.config.rise) };
+        field.for_each_piece(out, |piece, rows, (): &mut ()| pass.fill(piece, rows));
+        if !out.iter().any(|value| value.is_nan()) {
+            return;
+        }
+        let surfaces = Surfaces::new(frame, &self.config.rest.surface);
+        assign_roles(&field, &surfaces, self.config.rest.radius.max(1.0), &mut self.roles);
+        let source = Source { field: &field, surfaces: &surfaces, roles: &self.roles };
+        let fit = Fit::new(&self.config.rest);
+        field.for_each_piece(out, |piece, rows, scratch: &mut Scratch| {
+            scratch.fill(&source, &fit, piece, rows, true);
+        });
+    }
+
+    fn bytes(&self) -> usize {
+        self.owners.capacity() * 4 + self.roles.capacity() * size_of::<Role>()
+    }
+}
+
+/// What all cells look at.
+struct Pass<'a> {
+    field: &'a Field<'a>,
+    rise: Rise<'a>,
+}
+
+impl Pass<'_> {
+    /// Writes the pixels of a piece; NaN where it cannot.
+    fn fill(&self, piece: &Piece, rows: &mut Rows) {
+        let field = self.field;
+        let Some((corners, values)) = self.corner_values(piece.cell) else {
+            for (x, y) in piece.rect.pixels() {
+                rows.set(field.pixel(x, y), f32::NAN);
+            }
+            return;
+        };
+        let low = values.iter().copied().fold(f32::INFINITY, f32::min);
+        let high = values.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        for (x, y) in piece.rect.pixels() {
+            let pixel = field.pixel(x, y);
+            let value = if !self.rise.is_receiver(pixel) {
+                0.0
+            } else if low < high {
+                // Rounding must not lead out of the bounds.
+                corners.interpolate(&self.rise, &values, x, y).clamp(low, high)
+            } else if low == high {
+                low
+            } else {
+                field.anything
+            };
+            rows.set(pixel, value);
+        }
+    }
+
+    /// A cell's corners with their values, if all of them are among its samples.
+    fn corner_values(&self, cell: &Cell) -> Option<(Corners, [f32; 4])> {
+        let field = self.field;
+        let corners =
+            Corners::new(field.width, field.height, cell.level, u32::from(cell.x), u32::from(cell.y));
+        let samples = field.samples_of(cell);
+        let mut values = [f32::NAN; 4];
+        for (value, pixel) in values.iter_mut().zip(corners.pixels()) {
+            let is_here = |&&index: &&u32| field.sample(index).is_some_and(|s| s.pixel as usize == pixel);
+            *value = field.value(*samples.iter().find(is_here)?).unwrap_or(f32::NAN);
+        }
+        Some((corners, values))
+    }
+}
