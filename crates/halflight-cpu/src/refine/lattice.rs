@@ -237,9 +237,12 @@ impl Lattice {
         let rise = Rise::new(frame, &self.config.rise);
         corners.edges().all(|(x, y)| {
             let found = self.fraction(frame.gbuffer.index(x, y));
+            if found.is_nan() {
+                return true;
+            }
             let expected = corners.interpolate(&rise, &known, x, y);
-            // Where one of them does not exist there is no light to be wrong about.
-            found.is_nan() || expected.is_nan() || (found - expected).abs() <= self.config.error
+            // Without corners on the pixel's surface there is nothing to compare with.
+            expected.is_nan() || (found - expected).abs() <= self.config.error
         })
     }
 
