@@ -198,7 +198,7 @@ fn wrong_input_is_refused_in_words() {
         ("render contact --samples 0", "1 to 4096"),
         ("render contact --samples 5000", "5000 light samples"),
         ("render contact --threads 0", "--threads"),
-        ("render contact --refiner best", "[possible values: nichols, sfvt-gass, full]"),
+        ("render contact --refiner best", "[possible values: nichols, sfvt-gass, full, lattice]"),
         ("render contact --upsampler best", "rbf-robust"),
         ("render contact --colour red", "'--colour'"),
         ("render contact --exposure=-1", "number above 0"),
