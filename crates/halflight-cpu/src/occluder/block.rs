@@ -1,6 +1,6 @@
 //! Eight triangles as arrays of lanes.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec3Swizzles as _};
 use halflight_core::scene::Mesh;
 
 use super::vector::Vector;
@@ -39,7 +39,7 @@ impl Triangle {
     pub(crate) fn new(mesh: &Mesh, index: u32) -> Self {
         let corners = mesh.corners(index as usize);
         let [a, b, c] = corners.map(Vec3::as_dvec3);
-        let normal = (b - a).cross(c - a);
+        let normal = normal([a, b, c]);
         Self {
             corners: corners.map(|corner| corner.to_array()),
             normal: normal.as_vec3().to_array(),
@@ -48,6 +48,42 @@ impl Triangle {
             has_area: normal != DVec3::ZERO,
         }
     }
+}
+
+/// The product of two edges, wrong by less than a 2⁻²⁶th of each component whatever cancels: zero for triangles without
+/// area only.
+fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
+    let (u, v) = (b - a, c - a);
+    let (plus, minus) = (u.yzx() * v.zxy(), u.zxy() * v.yzx());
+    let normal = plus - minus;
+    // Differences, products and their difference are wrong by four roundings of the products.
+    if normal.abs().cmpge((plus.abs() + minus.abs()) * 2f64.powi(-24)).all() {
+        return normal;
+    }
+    // Slivers. Double precision holds products of coordinates exactly.
+    let terms = [a.yzx() * b.zxy(), b.yzx() * c.zxy(), c.yzx() * a.zxy()];
+    let others = [a.zxy() * b.yzx(), b.zxy() * c.yzx(), c.zxy() * a.yzx()];
+    let component = |axis: usize| {
+        let [p, q, r] = terms.map(|term| term[axis]);
+        let [x, y, z] = others.map(|term| -term[axis]);
+        sum([p, q, r, x, y, z])
+    };
+    DVec3::new(component(0), component(1), component(2))
+}
+
+/// A sum rounded once or twice at the end, by exact expansions (Shewchuk 1997, Theorem 10).
+fn sum(terms: [f64; 6]) -> f64 {
+    let mut parts = [0.0; 6];
+    for (count, mut sum) in terms.into_iter().enumerate() {
+        for part in &mut parts[..count] {
+            let (a, b) = (sum, *part);
+            sum = a + b;
+            let share = sum - a;
+            *part = (a - (sum - share)) + (b - share);
+        }
+        parts[count] = sum;
+    }
+    parts.iter().sum()
 }
 
 impl Block {
@@ -135,5 +171,28 @@ impl Block {
     #[inline(always)]
     pub(crate) fn truncate(&mut self, count: usize) {
         self.occupied &= (1 << count) - 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normals_of_slivers_are_right() {
+        // p, 2p and s: the normal is p × s. Its z is the 2⁻²³ that p's sides differ by, times s.
+        let p = DVec3::new(1.0 + 2f64.powi(-23), 1.0, 0.0);
+        for power in [-10, -30, -40, -80] {
+            let s = DVec3::new(1.0, 1.0, 0.0) * 2f64.powi(power);
+            let expected = DVec3::Z * 2f64.powi(power - 23);
+            assert_eq!(normal([p, p * 2.0, s]), expected);
+            assert_eq!(normal([s, p, p * 2.0]), expected);
+            assert_eq!(normal([p, s, p * 2.0]), -expected);
+        }
+        // What the straightforward product makes of it.
+        let s = DVec3::new(1.0, 1.0, 0.0) * 2f64.powi(-40);
+        assert_ne!(p.cross(s - p), normal([p, p * 2.0, s]));
+        assert_eq!(normal([p, p * 2.0, p * 3.0]), DVec3::ZERO);
+        assert_eq!(normal([DVec3::ZERO, DVec3::X, DVec3::Y]), DVec3::Z);
     }
 }

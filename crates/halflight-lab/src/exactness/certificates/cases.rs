@@ -207,9 +207,12 @@ impl Group {
                 }
             }
             // A sliver as thin as rounding leaves it, with a corner on the segment and one near the world's origin, where
-            // coordinates are finest.
+            // coordinates are finest; thinner than double precision resolves where the other two are in line with it.
             5 => {
                 let at = self.touch(receiver, to, numbers);
+                if numbers.one_in(2) {
+                    return [at, at * 2.0, at * numbers.power(-9.0, -4.0)];
+                }
                 let fine = numbers.point() * numbers.power(-9.0, -4.0);
                 [at, fine.lerp(at, numbers.unit() * 3.0 - 1.0), fine]
             }
