@@ -47,6 +47,9 @@ pub struct Experiment {
     /// A visibility backend: also names, for each row of another, its row of nearest time.
     #[serde(default)]
     pub equal_time: Option<String>,
+    /// NMSE₂ targets: also tells how long every method takes to reach each of them.
+    #[serde(default)]
+    pub equal_error: Vec<f64>,
     /// Also draws how time grows, with fitted slopes.
     #[serde(default)]
     pub scaling: Option<Scaling>,
@@ -129,6 +132,9 @@ pub struct Grid {
     /// Who shares light samples; the default's where left out.
     #[serde(default = "sharing")]
     pub sharings: Vec<Sharing>,
+    /// Scenes of the experiment in which it is not run.
+    #[serde(default)]
+    pub except: Vec<String>,
 }
 
 fn pairs<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<[u32; 2]>, D::Error> {
@@ -249,6 +255,9 @@ impl Experiment {
                 self.error_scale
             ));
         }
+        if let Some(target) = self.equal_error.iter().find(|target| !(**target > 0.0 && target.is_finite())) {
+            return Err(format!("equal_error has {target}, expected positive NMSE₂ targets"));
+        }
         let empty = |list: &str| Err(format!("{list} is empty, expected at least one entry"));
         if self.sizes.is_empty() {
             return empty("size");
@@ -274,6 +283,12 @@ impl Experiment {
             ];
             if let Some((list, _)) = lists.iter().find(|(_, length)| *length == 0) {
                 return empty(&format!("grid {number}: {list}"));
+            }
+            let known = |name: &&String| self.scenes.iter().any(|scene| scene.name == **name);
+            if let Some(name) = grid.except.iter().find(|name| !known(name)) {
+                return Err(format!(
+                    "grid {number}: except has `{name}`, which is no scene of the experiment"
+                ));
             }
         }
         if let Some(name) = &self.equal_time

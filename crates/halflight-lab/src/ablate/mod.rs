@@ -8,6 +8,7 @@ pub mod bundled;
 pub mod chart;
 pub mod constants;
 mod draw;
+pub mod equal_error;
 pub mod equal_time;
 pub mod error;
 pub mod experiment;

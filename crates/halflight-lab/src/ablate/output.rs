@@ -11,9 +11,9 @@ use super::plan::{scene_label, slug};
 use super::record::{Finished, write_csv};
 use super::report::{self, Figure};
 use super::run::{Outcome, Places};
-use super::{AblateError, equal_time, error, paper, scaling, sweep};
+use super::{AblateError, equal_error, equal_time, error, paper, scaling, sweep};
 
-/// Writes `results.csv`, the tables that the experiment asks for (`paper.csv`, `equal-time.csv`, `slopes.csv`), the charts
+/// Writes `results.csv`, the tables that the experiment asks for (`paper.csv`, `equal-time.csv`, `summary.csv`, `slopes.csv`), the charts
 /// and `report.html`. `command` is what the report says it was made by.
 ///
 /// # Errors
@@ -32,6 +32,10 @@ pub fn write(
     }
     if let Some(visibility) = &experiment.equal_time {
         equal_time::table(&outcome.rows, visibility).write_csv(&places.out.join("equal-time.csv"))?;
+    }
+    if !experiment.equal_error.is_empty() {
+        let summary = equal_error::summary(&outcome.rows, &experiment.equal_error);
+        summary.table().write_csv(&places.out.join("summary.csv"))?;
     }
     if let Some(Scaling { axis }) = experiment.scaling {
         let lines = scaling::lines(&outcome.rows, axis);
@@ -57,6 +61,10 @@ fn charts(experiment: &Experiment, outcome: &Outcome, places: &Places) -> Result
         let lines = scaling::lines(&outcome.rows, axis);
         let title = format!("Visibility against {}", axis.quantity());
         draw("scaling".to_string(), scaling::chart(title, &lines, axis), Vec::new())?;
+    }
+    if !experiment.equal_error.is_empty() {
+        let summary = equal_error::summary(&outcome.rows, &experiment.equal_error);
+        draw("summary".to_string(), summary.chart(), Vec::new())?;
     }
     for setting in &outcome.settings {
         let rows: Vec<&Finished> = outcome.rows.iter().filter(|row| row.setting == setting.slug).collect();

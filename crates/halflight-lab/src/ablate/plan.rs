@@ -27,13 +27,15 @@ pub struct Setting {
     pub slug: String,
 }
 
-/// A pipeline; it is rendered in every setting.
+/// A pipeline; it is rendered in every setting but those of excepted scenes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// The pipeline.
     pub config: PipelineConfig,
     /// Constants that the experiment sets.
     pub parameters: String,
+    /// Names of scenes in which it is not rendered.
+    pub except: Vec<String>,
 }
 
 /// All settings of an experiment, scene by scene.
@@ -97,7 +99,7 @@ pub fn rows(experiment: &Experiment) -> Result<Vec<Row>, String> {
             };
             let said = [&refiner.parameters, &visibility.parameters];
             let parameters: Vec<_> = said.into_iter().filter(|said| !said.is_empty()).cloned().collect();
-            let row = Row { config, parameters: parameters.join(";") };
+            let row = Row { config, parameters: parameters.join(";"), except: grid.except.clone() };
             if !seen.insert(row.slug()) {
                 return Err(at(format!("{} is there already", row.label())));
             }
@@ -157,7 +159,12 @@ impl Row {
             seed,
             ..PipelineConfig::default()
         };
-        Self { config, parameters: String::new() }
+        Self { config, parameters: String::new(), except: Vec::new() }
+    }
+
+    /// Whether it is rendered in a scene.
+    pub fn is_in(&self, scene: &SceneChoice) -> bool {
+        !self.except.contains(&scene.name)
     }
 
     /// The same at another size.

@@ -10,9 +10,10 @@ use super::plan::Setting;
 use super::record::{Finished, NOISE_MARGIN};
 use super::run::{self, Outcome};
 use super::table::{Table, escape};
-use super::{AblateError, equal_time, scaling, summary};
+use super::{AblateError, equal_error, equal_time, scaling, summary};
 
-const STYLE: &str = include_str!("report/report.css");
+/// How pages look.
+pub(crate) const STYLE: &str = include_str!("report/report.css");
 const SCRIPT: &str = include_str!("report/report.js");
 
 /// A chart on the page.
@@ -88,6 +89,13 @@ fn tables(page: &mut String, experiment: &Experiment, outcome: &Outcome, figures
         let words =
             format!("Each row of another backend, and the row of {visibility} whose frame time is nearest.");
         add("Equal time", &words, equal_time::table(&outcome.rows, visibility), "equal-time.csv");
+    }
+    if !experiment.equal_error.is_empty() {
+        let words = "How long each method takes to reach an NMSE₂, read off the front of its own knobs (constants and light samples) \
+                     as power laws between its points, and the geometric mean over scenes. Never: none of its rows is as \
+                     accurate. Scenes whose reference is too noisy for a target are left out of its mean.";
+        let summary = equal_error::summary(&outcome.rows, &experiment.equal_error);
+        add("Time at equal error", words, summary.table(), "summary.csv");
     }
     if let Some(Scaling { axis }) = experiment.scaling {
         let lines = scaling::lines(&outcome.rows, axis);

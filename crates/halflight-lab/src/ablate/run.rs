@@ -61,7 +61,11 @@ pub fn run(
     let (settings, rows) = plan::plan(experiment)?;
     std::fs::create_dir_all(&places.out).map_err(error::at(&places.out))?;
     let mut state = State::open(&places.out.join("state.jsonl"), &Header::new(experiment, provenance)?)?;
-    let progress = Progress::new((settings.len() * rows.len()) as u64, 0);
+    let here = |setting: &Setting| -> Vec<Row> {
+        let scene = &experiment.scenes[setting.scene];
+        rows.iter().filter(|row| row.is_in(scene)).map(|row| row.sized(setting.size)).collect()
+    };
+    let progress = Progress::new(settings.iter().map(|setting| here(setting).len() as u64).sum(), 0);
     if state.set_aside() > 0 {
         progress.say(&format!(
             "{} rows of another version of the experiment or program are set aside as state.jsonl.old",
@@ -70,7 +74,7 @@ pub fn run(
     }
     let mut loaded: Option<(usize, Loaded)> = None;
     for setting in &settings {
-        let rows: Vec<Row> = rows.iter().map(|row| row.sized(setting.size)).collect();
+        let mine = here(setting);
         let folder = places.out.join("pictures").join(&setting.slug);
         let whole = |row: &&Row| {
             let finished = state.row(&setting.slug, &row.slug());
@@ -78,8 +82,8 @@ pub fn run(
                 pictures(row, experiment).iter().all(|(_, file)| folder.join(file).is_file())
             })
         };
-        let left: Vec<&Row> = rows.iter().filter(|row| !whole(row)).collect();
-        progress.advance((rows.len() - left.len()) as u64);
+        let left: Vec<&Row> = mine.iter().filter(|row| !whole(row)).collect();
+        progress.advance((mine.len() - left.len()) as u64);
         if left.is_empty() {
             continue;
         }
