@@ -8,6 +8,9 @@ cargo xtask TASK
   ablate [NAME] [--scene NAME-OR-PATH]… [--size WxH] [--quick] [--out DIR] [--list]
       runs an experiment (`default` where none is named) and writes results.csv, charts and report.html
       to target/ablate/NAME; --help says more
+  ablate stability [--case NAME] [--quick] [--out DIR]
+      every combination of stages in awkward cases: what passes, is degraded or fails, why, and what mends it; fails
+      where a picture is not finite, negative or not there
   exactness [--scene NAME-OR-PATH]… [--pairs N] [--brute-force N] [--certificates N] [--seed N] [--out DIR]
       compares the masks of the exact visibility backends bit for bit and with brute force, tries to break what beams
       prove, and fails where anything differs; --help says more

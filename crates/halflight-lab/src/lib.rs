@@ -7,6 +7,7 @@ pub mod exr_file;
 pub mod failure;
 pub mod picture;
 pub mod reference;
+pub mod stability;
 
 /// Name and version, as stored in files.
 pub const PROGRAM: &str = concat!("halflight ", env!("CARGO_PKG_VERSION"));

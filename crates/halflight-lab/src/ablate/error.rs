@@ -30,6 +30,25 @@ pub enum AblateError {
         /// Those that there are.
         bundled: Vec<&'static str>,
     },
+    /// No case of the stability table.
+    #[error("there is no case `{name}`; there are {}", cases.join(", "))]
+    Case {
+        /// What was asked for.
+        name: String,
+        /// Those that there are.
+        cases: Vec<&'static str>,
+    },
+    /// An option that says nothing about what is run.
+    #[error("{0}")]
+    Option(&'static str),
+    /// Pictures that are none.
+    #[error("{count} pictures are not finite, negative, or not there at all; the first: {first}")]
+    Unsound {
+        /// How many.
+        count: usize,
+        /// The first: case, method and what is wrong.
+        first: String,
+    },
     /// A scene cannot be loaded.
     #[error(transparent)]
     Scene(#[from] SceneError),

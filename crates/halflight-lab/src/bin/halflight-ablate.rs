@@ -6,9 +6,11 @@ use std::time::Instant;
 
 use clap::Parser;
 use halflight_lab::ablate::bundled::EXPERIMENTS;
+use halflight_lab::ablate::progress::Progress;
 use halflight_lab::ablate::provenance::Provenance;
 use halflight_lab::ablate::run::{Places, run};
 use halflight_lab::ablate::{AblateError, Experiment, output};
+use halflight_lab::stability;
 
 /// Sets speed against accuracy: renders every row of an experiment, and writes results.csv, charts and report.html.
 ///
@@ -16,7 +18,7 @@ use halflight_lab::ablate::{AblateError, Experiment, output};
 #[derive(Parser)]
 #[command(name = "cargo xtask ablate", version)]
 struct Arguments {
-    /// A bundled experiment or the path of an experiment file
+    /// A bundled experiment, the path of an experiment file, or `stability`: where methods fail
     #[arg(default_value = "default")]
     name: String,
     /// Scene in place of the experiment's: a bundled name or the path of a scene file; may be repeated
@@ -31,6 +33,9 @@ struct Arguments {
     /// Folder for the output [default: target/ablate/NAME]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Only this case of `stability`, beside the easy one that it is held against
+    #[arg(long, value_name = "NAME")]
+    case: Option<String>,
     /// Lists the bundled experiments
     #[arg(long)]
     list: bool,
@@ -65,11 +70,18 @@ fn list() -> Result<(), AblateError> {
     for (name, text) in EXPERIMENTS {
         println!("{name:17} {}", Experiment::parse(text, name)?.title);
     }
+    println!("{:17} {}", stability::NAME, stability::TITLE);
     Ok(())
 }
 
 fn ablate(arguments: &Arguments) -> Result<(), AblateError> {
     let start = Instant::now();
+    if arguments.name == stability::NAME {
+        return stability(arguments);
+    }
+    if arguments.case.is_some() {
+        return Err(AblateError::Option("--case is for `stability` only"));
+    }
     let mut experiment = Experiment::resolve(&arguments.name)?;
     if arguments.quick {
         experiment.make_quick();
@@ -80,14 +92,9 @@ fn ablate(arguments: &Arguments) -> Result<(), AblateError> {
     if !arguments.scene.is_empty() {
         experiment.set_scenes(&arguments.scene);
     }
-    let root = PathBuf::from("target").join("ablate");
-    let folder = if arguments.quick { format!("{}-quick", experiment.name) } else { experiment.name.clone() };
-    let places = Places {
-        out: arguments.out.clone().unwrap_or_else(|| root.join(folder)),
-        references: root.join("references"),
-    };
+    let places = Places { out: folder(arguments, &experiment.name), references: root().join("references") };
     let provenance = Provenance::of_this_run();
-    let command = command(arguments, &experiment);
+    let command = command(arguments, &experiment.name);
     let outcome = run(&experiment, &places, &provenance, |outcome| {
         output::write(&experiment, outcome, &places, &command)
     })?;
@@ -100,9 +107,43 @@ fn ablate(arguments: &Arguments) -> Result<(), AblateError> {
     Ok(())
 }
 
+fn stability(arguments: &Arguments) -> Result<(), AblateError> {
+    if arguments.size.is_some() || !arguments.scene.is_empty() {
+        return Err(AblateError::Option(
+            "`stability` has scenes and sizes of its own: leave out --scene and --size",
+        ));
+    }
+    let start = Instant::now();
+    let plan = stability::Plan::new(arguments.case.as_deref(), arguments.quick)?;
+    let out = folder(arguments, stability::NAME);
+    let rows = stability::run(&plan, &out, &Progress::new(plan.pictures(), 0))?;
+    stability::output::write(&rows, &out, &Provenance::of_this_run(), &command(arguments, stability::NAME))?;
+    eprintln!(
+        "{} pictures in {:.0} s: {}",
+        plan.pictures(),
+        start.elapsed().as_secs_f64(),
+        out.join("stability.html").display()
+    );
+    stability::check(&rows)
+}
+
+/// Where experiments write to.
+fn root() -> PathBuf {
+    PathBuf::from("target").join("ablate")
+}
+
+/// Where this one does.
+fn folder(arguments: &Arguments, name: &str) -> PathBuf {
+    let folder = if arguments.quick { format!("{name}-quick") } else { name.to_string() };
+    arguments.out.clone().unwrap_or_else(|| root().join(folder))
+}
+
 /// The command that gives this report, without folders: reports are passed on.
-fn command(arguments: &Arguments, experiment: &Experiment) -> String {
-    let mut command = format!("cargo xtask ablate {}", experiment.name);
+fn command(arguments: &Arguments, name: &str) -> String {
+    let mut command = format!("cargo xtask ablate {name}");
+    if let Some(case) = &arguments.case {
+        command += &format!(" --case {case}");
+    }
     for scene in &arguments.scene {
         let file = PathBuf::from(scene);
         let name = file.file_name().map_or(scene.clone(), |name| name.to_string_lossy().into_owned());

@@ -1,0 +1,158 @@
+//! The methods: every combination of the stages that there are.
+
+use halflight_core::frame::LightSampling;
+use halflight_core::pattern::PatternKind;
+use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
+use halflight_cpu::irradiance::Shading;
+use itertools::iproduct;
+
+use crate::ablate::plan::word;
+
+/// A combination of stages, each with its default constants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Method {
+    /// Refiner.
+    pub refiner: RefinerConfig,
+    /// Visibility backend.
+    pub visibility: VisibilityConfig,
+    /// Upsampler.
+    pub upsampler: UpsamplerConfig,
+    /// What is interpolated.
+    pub shading: Shading,
+}
+
+/// One stage of a method, where two methods differ.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Switch {
+    /// The stage.
+    pub stage: &'static str,
+    /// What is set instead.
+    pub to: String,
+    /// What was set.
+    pub from: String,
+}
+
+impl Method {
+    /// Every pixel by exact rays: what a method loses beyond the noise of its light samples is told from it.
+    pub fn every_pixel(shading: Shading) -> Self {
+        Self {
+            refiner: RefinerConfig::Full,
+            visibility: VisibilityConfig::default(),
+            upsampler: UpsamplerConfig::ALL[0],
+            shading,
+        }
+    }
+
+    /// Whether every pixel is a fragment, so that the upsampler has nothing to do.
+    pub fn is_every_pixel(&self) -> bool {
+        self.refiner == RefinerConfig::Full
+    }
+
+    /// The light samples. 4D rasterization cannot answer jittered ones and gets shifted rows.
+    pub fn sampling(&self) -> LightSampling {
+        let usual = LightSampling::default();
+        match self.visibility {
+            VisibilityConfig::Raster4d(_) => LightSampling { kind: PatternKind::ShiftedRows, ..usual },
+            _ => usual,
+        }
+    }
+
+    /// The pipeline at a size, with these light samples.
+    pub fn config(&self, [width, height]: [u32; 2], sampling: LightSampling) -> PipelineConfig {
+        let &Self { refiner, visibility, upsampler, shading } = self;
+        PipelineConfig { width, height, refiner, visibility, upsampler, shading, sampling, seed: 0 }
+    }
+
+    /// Names of its stages: refiner, visibility, upsampler (none where every pixel is a fragment), shading.
+    pub fn stages(&self) -> [String; 4] {
+        let upsampler = if self.is_every_pixel() { "" } else { self.upsampler.name() };
+        [
+            self.refiner.name().to_string(),
+            self.visibility.name().to_string(),
+            upsampler.to_string(),
+            word(self.shading),
+        ]
+    }
+
+    /// Its name for people.
+    pub fn label(&self) -> String {
+        self.stages().iter().filter(|part| !part.is_empty()).cloned().collect::<Vec<_>>().join(" · ")
+    }
+
+    /// Its name for files.
+    pub fn slug(&self) -> String {
+        self.stages().iter().filter(|part| !part.is_empty()).cloned().collect::<Vec<_>>().join("-")
+    }
+
+    /// What must be switched to come from this method to another.
+    pub fn switches(&self, to: &Self) -> Vec<Switch> {
+        const STAGES: [&str; 4] = ["refiner", "visibility", "upsampler", "shading"];
+        let pairs = self.stages().into_iter().zip(to.stages());
+        STAGES
+            .into_iter()
+            .zip(pairs)
+            .filter(|(_, (from, to))| from != to && !from.is_empty() && !to.is_empty())
+            .map(|(stage, (from, to))| Switch { stage, to, from })
+            .collect()
+    }
+}
+
+/// Every refiner with every backend, upsampler and shading.
+pub fn all() -> Vec<Method> {
+    let refiners = RefinerConfig::NAMES.iter().filter_map(|name| RefinerConfig::named(name));
+    let backends: Vec<_> =
+        VisibilityConfig::NAMES.iter().filter_map(|name| VisibilityConfig::named(name)).collect();
+    let methods = iproduct!(refiners, &backends, UpsamplerConfig::ALL, [Shading::Sampled, Shading::Ratio])
+        .map(|(refiner, &visibility, upsampler, shading)| Method { refiner, visibility, upsampler, shading });
+    let once = |method: &Method| !method.is_every_pixel() || method.upsampler == UpsamplerConfig::ALL[0];
+    methods.filter(once).collect()
+}
+
+/// One stage at a time: every refiner with what it does best, and from there every other backend, upsampler and shading.
+pub fn few() -> Vec<Method> {
+    let best = |method: &Method| Method {
+        upsampler: match method.refiner {
+            RefinerConfig::Full => UpsamplerConfig::ALL[0],
+            RefinerConfig::Lattice(_) => UpsamplerConfig::Lattice,
+            _ => UpsamplerConfig::default(),
+        },
+        visibility: VisibilityConfig::default(),
+        shading: Shading::default(),
+        ..*method
+    };
+    all().into_iter().filter(|method| method.switches(&best(method)).len() <= 1).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_occurs_in_both_lists() {
+        for methods in [all(), few()] {
+            let has = |stage: usize, name: &str| methods.iter().any(|method| method.stages()[stage] == name);
+            assert!(RefinerConfig::NAMES.iter().all(|name| has(0, name)));
+            assert!(VisibilityConfig::NAMES.iter().all(|name| has(1, name)));
+            assert!(UpsamplerConfig::NAMES.iter().all(|name| has(2, name)));
+            assert!(has(3, "sampled") && has(3, "ratio"));
+        }
+    }
+
+    #[test]
+    fn counts_are_those_of_the_product_and_of_single_switches() {
+        let (refiners, backends) = (RefinerConfig::NAMES.len() - 1, VisibilityConfig::NAMES.len());
+        let upsamplers = UpsamplerConfig::ALL.len();
+        assert_eq!(all().len(), refiners * backends * upsamplers * 2 + backends * 2);
+        // The best itself, and each other value of one stage.
+        assert_eq!(few().len(), refiners * (1 + backends - 1 + upsamplers - 1 + 1) + 1 + backends - 1 + 1);
+    }
+
+    #[test]
+    fn switches_name_the_stages_that_differ() {
+        let ratio = Method::every_pixel(Shading::Ratio);
+        let switches = Method::every_pixel(Shading::Sampled).switches(&ratio);
+        let expected = Switch { stage: "shading", to: "ratio".to_string(), from: "sampled".to_string() };
+        assert_eq!(switches, [expected]);
+        assert!(ratio.switches(&ratio).is_empty());
+    }
+}

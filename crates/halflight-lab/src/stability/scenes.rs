@@ -1,0 +1,128 @@
+//! What the cases are built from: quads and boxes, a light and a camera.
+
+use glam::{Vec2, Vec3};
+use halflight_core::light::AreaLight;
+use halflight_core::scene::{Camera, Material, Mesh, Scene};
+
+/// A scene of flat quads under one light, y up, metres. Starts as the easy one that all others depart from: a floor of
+/// 20 × 20 m, a light of 1 × 1 m that shines down from 4 m, seen from 2 m above the floor.
+#[derive(Clone, Debug)]
+pub(super) struct Set(pub(super) Scene);
+
+impl Set {
+    /// Light and camera, and nothing to see.
+    pub(super) fn bare() -> Self {
+        Self(Scene {
+            mesh: Mesh { materials: vec![Material::default()], ..Mesh::default() },
+            lights: vec![square_light(Vec3::new(0.0, 4.0, 0.0), 1.0)],
+            camera: Camera {
+                eye: Vec3::new(0.625, 2.0, 3.25),
+                target: Vec3::new(0.0, 0.25, 0.0),
+                up: Vec3::Y,
+                fov_y_deg: 50.0,
+            },
+        })
+    }
+
+    /// The open floor.
+    pub(super) fn floor() -> Self {
+        Self::bare().quad(Vec3::new(-10.0, 0.0, -10.0), Vec3::Z * 20.0, Vec3::X * 20.0)
+    }
+
+    /// The floor with a box of 1.5 × 0.5 × 1.5 m a metre above it: umbra, penumbra and open floor. All coordinates are
+    /// multiples of 1/128 m, so that they stay what they are 100 km from the origin.
+    pub(super) fn blocker() -> Self {
+        Self::floor().block(Vec3::new(-0.75, 1.0, -0.75), Vec3::new(0.75, 1.5, 0.75))
+    }
+
+    /// Adds the parallelogram at a corner; its normal is along `u × v`.
+    pub(super) fn quad(mut self, corner: Vec3, u: Vec3, v: Vec3) -> Self {
+        let mesh = &mut self.0.mesh;
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend([corner, corner + u, corner + u + v, corner + v]);
+        mesh.normals.extend([u.cross(v).normalize_or_zero(); 4]);
+        mesh.uvs.extend([Vec2::ZERO; 4]);
+        mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        mesh.material_ids.extend([0, 0]);
+        self
+    }
+
+    /// Adds a box between two corners.
+    pub(super) fn block(self, low: Vec3, high: Vec3) -> Self {
+        let Vec3 { x, y, z } = high - low;
+        let (x, y, z) = (Vec3::X * x, Vec3::Y * y, Vec3::Z * z);
+        self.quad(low, x, z)
+            .quad(low, z, y)
+            .quad(low, y, x)
+            .quad(high, -z, -x)
+            .quad(high, -y, -z)
+            .quad(high, -x, -y)
+    }
+
+    /// Another light in place of the only one.
+    pub(super) fn light(mut self, light: AreaLight) -> Self {
+        self.0.lights = vec![light];
+        self
+    }
+
+    /// Looks from one point to another.
+    pub(super) fn seen(mut self, eye: Vec3, target: Vec3) -> Self {
+        (self.0.camera.eye, self.0.camera.target) = (eye, target);
+        self
+    }
+
+    /// The same scene, larger and elsewhere. Irradiance does not change.
+    pub(super) fn placed(mut self, scale: f32, offset: Vec3) -> Self {
+        let scene = &mut self.0;
+        let place = |point: &mut Vec3| *point = *point * scale + offset;
+        scene.mesh.positions.iter_mut().for_each(place);
+        for light in &mut scene.lights {
+            place(&mut light.corner);
+            light.edge_u *= scale;
+            light.edge_v *= scale;
+        }
+        place(&mut scene.camera.eye);
+        place(&mut scene.camera.target);
+        self
+    }
+}
+
+/// A square light that shines down, centred at a point.
+pub(super) fn square_light(centre: Vec3, side: f32) -> AreaLight {
+    parallelogram(centre, Vec3::X * side, Vec3::Z * side)
+}
+
+/// A light about a point that shines along `u × v`.
+pub(super) fn parallelogram(centre: Vec3, u: Vec3, v: Vec3) -> AreaLight {
+    AreaLight {
+        corner: centre - (u + v) * 0.5,
+        edge_u: u,
+        edge_v: v,
+        radiance: Vec3::new(10.0, 9.0, 8.0),
+        two_sided: false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boxes_are_closed_and_turn_outwards() {
+        let mesh = Set::bare().block(Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0)).0.mesh;
+        assert_eq!(mesh.triangle_count(), 12);
+        let volume: f32 = (0..12)
+            .map(|index| {
+                let [a, b, c] = mesh.corners(index);
+                a.cross(b).dot(c) / 6.0
+            })
+            .sum();
+        // Divergence theorem; small integers are exact.
+        assert_eq!(volume, 6.0);
+    }
+
+    #[test]
+    fn the_light_shines_down() {
+        assert_eq!(square_light(Vec3::Y, 2.0).normal(), -Vec3::Y);
+    }
+}
