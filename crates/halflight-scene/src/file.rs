@@ -7,6 +7,7 @@ use halflight_core::light::AreaLight;
 use halflight_core::scene::Camera;
 use toml::de::{DeTable, DeValue};
 
+use crate::animation::AnimationEntry;
 use crate::error::SceneError;
 use crate::section::{Found, Section, Source};
 use crate::transform::Transform;
@@ -16,6 +17,7 @@ pub(crate) struct SceneFile {
     pub(crate) camera: Camera,
     pub(crate) lights: Vec<AreaLight>,
     pub(crate) meshes: Vec<MeshEntry>,
+    pub(crate) animation: Option<AnimationEntry>,
 }
 
 /// A `[[mesh]]`.
@@ -45,50 +47,71 @@ impl SceneFile {
             source.fault(line, format!("not valid TOML: {message}"))
         })?;
         let mut root = Section::of_table(source, "the scene file", 1, table.into_inner());
-        root.allow(&["description", "camera", "light", "mesh"])?;
+        root.allow(&["description", "camera", "light", "mesh", "animation"])?;
         root.text("description")?;
         let Some(camera) = root.take("camera") else {
             return Err(root.fault(1, "has no [camera]; add one with eye, target, up and fov_y_deg"));
         };
         let camera = read_camera(Section::new(source, "[camera]", camera)?)?;
-        let lights = tables(&mut root, "light")?.into_iter().enumerate();
+        let lights = tables(&mut root, "light", "light")?.into_iter().enumerate();
         let lights = lights.map(|(index, light)| read_light(index, light)).collect::<Result<Vec<_>, _>>()?;
         if lights.is_empty() {
             let hint = "has no [[light]]; without one every picture is black. Add one with corner, edge_u, edge_v and radiance";
             return Err(root.fault(1, hint));
         }
-        let meshes = tables(&mut root, "mesh")?.into_iter().map(read_mesh).collect::<Result<Vec<_>, _>>()?;
+        let meshes =
+            tables(&mut root, "mesh", "mesh")?.into_iter().map(read_mesh).collect::<Result<Vec<_>, _>>()?;
         if meshes.is_empty() {
             return Err(root.fault(1, "has no [[mesh]]; add one with a file or a generator"));
         }
-        Ok(Self { camera, lights, meshes })
+        let animation = match root.take("animation") {
+            Some(animation) => {
+                let section = Section::new(source, "[animation]", animation)?;
+                Some(AnimationEntry::read(section, &camera, lights.len(), meshes.len())?)
+            }
+            None => None,
+        };
+        Ok(Self { camera, lights, meshes, animation })
     }
 }
 
-/// The sections of an array of tables.
-fn tables<'a>(root: &mut Section<'a>, key: &'static str) -> Result<Vec<Section<'a>>, SceneError> {
-    let Some(value) = root.take(key) else { return Ok(Vec::new()) };
-    let title = format!("[[{key}]]");
-    let line = root.source.line(value.span().start);
+/// The sections of the array of tables under `key`; `path` is the key with those above it.
+pub(crate) fn tables<'a>(
+    parent: &mut Section<'a>,
+    key: &str,
+    path: &str,
+) -> Result<Vec<Section<'a>>, SceneError> {
+    let Some(value) = parent.take(key) else { return Ok(Vec::new()) };
+    let title = format!("[[{path}]]");
+    let line = parent.source.line(value.span().start);
     match value.into_inner() {
         DeValue::Array(items) => {
-            items.into_iter().map(|item| Section::new(root.source, &title, item)).collect()
+            items.into_iter().map(|item| Section::new(parent.source, &title, item)).collect()
         }
         _ => {
-            Err(root
-                .fault(line, format!("has a single [{key}]; write {title}, of which there may be several")))
+            let message = format!("has a single [{path}]; write {title}, of which there may be several");
+            Err(parent.fault(line, message))
         }
     }
 }
 
 fn read_camera(mut section: Section<'_>) -> Result<Camera, SceneError> {
     section.allow(&["eye", "target", "up", "fov_y_deg"])?;
-    let eye = section.vector("eye")?;
+    read_view(&mut section, None)
+}
+
+/// A camera; what it does not say is as it was `before`.
+pub(crate) fn read_view(section: &mut Section<'_>, before: Option<&Camera>) -> Result<Camera, SceneError> {
+    let line = section.line;
+    let was = |value: fn(&Camera) -> Vec3| before.map(|camera| Found { value: value(camera), line });
+    let eye = section.vector("eye")?.or_else(|| was(|camera| camera.eye));
     let eye = section.require("eye", "[0, 1, 5]", eye)?.value;
-    let target = section.vector("target")?;
+    let target = section.vector("target")?.or_else(|| was(|camera| camera.target));
     let target = section.require("target", "[0, 1, 0]", target)?;
-    let up = section.vector("up")?.unwrap_or(Found { value: Vec3::Y, line: section.line });
+    let up = section.vector("up")?.or_else(|| was(|camera| camera.up));
+    let up = up.unwrap_or(Found { value: Vec3::Y, line });
     let fov = section.number("fov_y_deg")?;
+    let fov = fov.or_else(|| before.map(|camera| Found { value: camera.fov_y_deg, line }));
     let fov = section.require("fov_y_deg", "45", fov)?;
     if fov.value <= 0.0 || fov.value >= 180.0 {
         let message = format!("fov_y_deg is {}, expected degrees above 0 and below 180", fov.value);

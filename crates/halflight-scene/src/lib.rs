@@ -23,9 +23,23 @@
 //! generator = "contact"   # or: file = "mesh.obj" (or .ply), relative to the scene file
 //! transform = { translate = [0, 0, 0], rotate_deg = [0, 90, 0], scale = 1 } # all optional; scale, x, y, z, move
 //! albedo = [0.7, 0.7, 0.7] # optional; replaces the mesh's own colours and textures
+//!
+//! [animation.camera]      # optional: what moves; at time 0 everything is as above
+//! keys = [{ time = 4, eye = [1, 1.5, 4] }] # seconds; what a key leaves out stays as it was
+//!
+//! [[animation.light]]
+//! light = 0               # optional where there is one light; counted from 0, as they follow in the file
+//! axis = [0, 1, 0]        # what rotate_deg turns about; optional, this is the default
+//! pivot = [0, 3, 0]       # where the axis passes through; optional, the middle of the light
+//! keys = [{ time = 2, translate = [1, 0, 0] }, { time = 4, translate = [0, 0, 0], rotate_deg = 90 }]
+//!
+//! [[animation.mesh]]      # the same for a mesh, or:
+//! sway = { amplitude = [0.1, 0, 0], period = 3, foot = 0.2 } # metres of the top; foot: optional, where it starts to bend
 //! "#;
 //! let loaded = halflight_scene::parse(text, "box.toml", ".".as_ref())?;
 //! assert!(loaded.report.triangles() > 0);
+//! let moved = loaded.animation.expect("it has one").at(&loaded.scene, 1.0);
+//! assert_eq!(moved.camera.eye.x, 0.25);
 //! # Ok::<(), halflight_scene::SceneError>(())
 //! ```
 //!
@@ -33,6 +47,7 @@
 //! element. What is merely not supported is said once, in [`LoadReport::warnings`]. Triangles without an area are
 //! dropped and counted; missing normals are computed.
 
+mod animation;
 mod bundled;
 mod clean;
 mod error;
@@ -52,6 +67,7 @@ use std::path::Path;
 
 use halflight_core::scene::Scene;
 
+pub use animation::Animation;
 pub use bundled::bundled;
 pub use error::{Place, SceneError};
 pub use report::{LoadReport, MeshReport};
@@ -61,6 +77,8 @@ pub use report::{LoadReport, MeshReport};
 pub struct Loaded {
     /// Ready to render: world space, clean, valid.
     pub scene: Scene,
+    /// How it changes with time, if its file says so.
+    pub animation: Option<Animation>,
     /// What was dropped, computed or left out.
     pub report: LoadReport,
 }

@@ -23,15 +23,21 @@ pub(crate) fn load(text: &str, name: &str, folder: &Path) -> Result<Loaded, Scen
     let mut textures = TextureStore::default();
     let mut report = LoadReport::default();
     let mut all = Mesh::default();
+    let mut vertices = Vec::with_capacity(file.meshes.len());
     for entry in file.meshes {
         let (mesh, mesh_report) = load_mesh(entry, source, folder, &mut textures, &mut report)?;
+        let first = all.positions.len();
         append(&mut all, mesh);
+        vertices.push(first..all.positions.len());
         report.meshes.push(mesh_report);
     }
     all.textures = textures.textures;
     let fault = |source| SceneError::Mesh { file: name.to_string(), source };
     all.validate().map_err(fault)?;
-    Ok(Loaded { scene: Scene { mesh: all, lights: file.lights, camera: file.camera }, report })
+    let animation = file.animation.map(|entry| entry.place(source, &file.lights, &all, &vertices));
+    let animation = animation.transpose()?;
+    let scene = Scene { mesh: all, lights: file.lights, camera: file.camera };
+    Ok(Loaded { scene, animation, report })
 }
 
 /// One mesh in world space, clean. Its textures are in `textures`.

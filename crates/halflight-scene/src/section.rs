@@ -121,6 +121,16 @@ impl<'a> Section<'a> {
         self.read(key, "a finite number", number)
     }
 
+    /// A whole number below `count`.
+    pub(crate) fn index(&mut self, key: &str, count: usize) -> Result<Option<usize>, SceneError> {
+        let expected = format!("a whole number from 0 to {}", count.saturating_sub(1));
+        let read = |value: &DeValue<'_>| number(value).filter(|index| index.fract() == 0.0 && *index >= 0.0);
+        let index = self.read(key, &expected, |value| {
+            read(value).map(|index| index as usize).filter(|&index| index < count)
+        })?;
+        Ok(index.map(|index| index.value))
+    }
+
     /// Three finite numbers.
     pub(crate) fn vector(&mut self, key: &str) -> Result<Option<Found<Vec3>>, SceneError> {
         self.read(key, "three finite numbers", vector)

@@ -83,23 +83,108 @@ const BAD: &[(&str, &str)] = &[
     ("albedo = [0.5, 0.5, 0.5]", "albedo = 0x7f"),
 ];
 
-#[test]
-fn every_fault_has_a_message_with_its_line() {
-    let folder = Folder::new("bad_scenes");
+/// Goes behind the good file.
+const ANIMATION: &str = r#"
+[animation.camera]
+keys = [{ time = 1, eye = [0, 1, 4] }, { time = 2.5, target = [1, 0, 0] }]
+
+[[animation.light]]
+light = 0
+axis = [0, 1, 1]
+pivot = [0, 3, 0]
+keys = [{ time = 2, translate = [0, 0, 1], rotate_deg = 90 }]
+
+[[animation.mesh]]
+mesh = 0
+keys = [{ time = 3, rotate_deg = 45 }]
+sway = { amplitude = [0.5, 0, 0], period = 4, foot = 1 }
+"#;
+
+const BAD_ANIMATIONS: &[(&str, &str)] = &[
+    (ANIMATION, "\n[[animation]]\n"),
+    (ANIMATION, "\n[animation]\n"),
+    ("[animation.camera]", "[animation.cam]"),
+    (
+        "[animation.camera]\nkeys = [{ time = 1, eye = [0, 1, 4] }, { time = 2.5, target = [1, 0, 0] }]",
+        "[animation.camera]",
+    ),
+    ("{ time = 1, eye = [0, 1, 4] }, { time = 2.5, target = [1, 0, 0] }", ""),
+    ("keys = [{ time = 1, eye = [0, 1, 4] }, { time = 2.5, target = [1, 0, 0] }]", "keys = { time = 1 }"),
+    ("{ time = 1, eye = [0, 1, 4] }", "1"),
+    ("time = 1, eye", "tim = 1, eye"),
+    ("time = 1, eye", "eye"),
+    ("time = 1, eye", "time = 0, eye"),
+    ("time = 1, eye", "time = \"1 s\", eye"),
+    ("time = 2.5", "time = 1"),
+    ("eye = [0, 1, 4]", "eye = [0, 0, 0]"),
+    ("eye = [0, 1, 4]", "fov_y_deg = 0"),
+    ("eye = [0, 1, 4]", "up = [0, 1, 5]"),
+    ("[[animation.light]]", "[animation.light]"),
+    ("light = 0\n", "light = 1\n"),
+    ("light = 0\n", "light = 0.5\n"),
+    ("light = 0\n", "lamp = 0\n"),
+    ("axis = [0, 1, 1]", "axis = [0, 0, 0]"),
+    ("pivot = [0, 3, 0]", "pivot = 3"),
+    ("rotate_deg = 90 }", "rotate_deg = [0, 90, 0] }"),
+    ("translate = [0, 0, 1]", "move = [0, 0, 1]"),
+    ("translate = [0, 0, 1]", "translate = [3.4e38, 0, 0]"),
+    ("keys = [{ time = 2, translate = [0, 0, 1], rotate_deg = 90 }]\n", ""),
+    ("[[animation.mesh]]", "[[animation.light]]\nkeys = [{ time = 3 }]\n\n[[animation.mesh]]"),
+    ("amplitude = [0.5, 0, 0]", "amplitude = [0.5, 0.1, 0]"),
+    ("amplitude = [0.5, 0, 0]", "amplitude = [3.4e38, 0, 0]"),
+    ("amplitude = [0.5, 0, 0], ", ""),
+    ("period = 4", "period = 0"),
+    ("period = 4, ", ""),
+    ("foot = 1", "foot = 11"),
+    ("foot = 1", "root = 1"),
+    ("sway = {", "sway = [1] #"),
+];
+
+fn folder(name: &str) -> Folder {
+    let folder = Folder::new(name);
     folder.write("good.obj", "v 0 0 0\nv 1 0 0\nv 0 5 0\nf 1 2 3\n");
     folder.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
-    folder.load_text(GOOD).expect("without a change the file is good");
+    folder
+}
+
+/// All replacements, each with the message that it makes.
+fn messages(folder: &Folder, good: &str, bad: &[(&str, &str)]) -> String {
+    folder.load_text(good).expect("without a change the file is good");
     let mut messages = String::new();
-    for (find, replace) in BAD {
-        assert!(GOOD.contains(find), "{find}");
-        let message = folder.load_text(&GOOD.replacen(find, replace, 1)).expect_err(replace);
+    for (find, replace) in bad {
+        assert!(good.contains(find), "{find}");
+        let message = folder.load_text(&good.replacen(find, replace, 1)).expect_err(replace);
         let shown = if replace.is_empty() { format!("(without) {find}") } else { (*replace).to_string() };
         // Which generators and parameters there are is not this test's business.
         let message = message.split_inclusive(" known are ").next().unwrap();
         let message = message.split_inclusive(" it has ").next().unwrap();
         messages.push_str(&format!("{}\n    {message}\n", shown.trim_end().replace('\n', " / ")));
     }
-    insta::assert_snapshot!(messages);
+    messages
+}
+
+#[test]
+fn every_fault_has_a_message_with_its_line() {
+    insta::assert_snapshot!(messages(&folder("bad_scenes"), GOOD, BAD));
+}
+
+#[test]
+fn every_fault_of_an_animation_has_a_message_with_its_line() {
+    let good = format!("{GOOD}{ANIMATION}");
+    insta::assert_snapshot!(messages(&folder("bad_animations"), &good, BAD_ANIMATIONS));
+}
+
+#[test]
+fn with_several_lights_an_animation_says_which() {
+    let light = GOOD.find("[[light]]").unwrap()..GOOD.find("[[mesh]]").unwrap();
+    let good = format!("{GOOD}\n{}{ANIMATION}", &GOOD[light]);
+    let folder = folder("which_light");
+    folder.load_text(&good).expect("the light is named");
+    let message = folder.load_text(&good.replacen("light = 0\n", "", 1)).expect_err("it is not");
+    assert!(
+        message.contains("[[animation.light]] has no `light`; write for example: light = 0"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -1,0 +1,115 @@
+//! What moves in a scene: the camera, lights and meshes along paths of keys, and meshes that sway.
+
+mod place;
+mod read;
+mod sway;
+mod track;
+
+use std::ops::Range;
+
+use glam::Vec3;
+use halflight_core::scene::{Camera, Mesh, Scene};
+
+pub(crate) use read::AnimationEntry;
+
+use place::Path;
+use sway::Sway;
+use track::{Mix, Track};
+
+/// How a scene changes with time: the `[animation]` of its file.
+///
+/// Time 0 is the scene as it stands. Between keys everything goes evenly (angles as well), after the last it stays.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Animation {
+    camera: Option<Track<Camera>>,
+    /// A light's index and its path.
+    lights: Vec<(usize, Path)>,
+    meshes: Vec<MeshMotion>,
+}
+
+/// A mesh of the scene file in motion: it sways, then goes along its path.
+#[derive(Clone, Debug, PartialEq)]
+struct MeshMotion {
+    /// Its vertices in the scene's mesh.
+    vertices: Range<usize>,
+    sway: Option<Sway>,
+    path: Option<Path>,
+}
+
+impl Animation {
+    /// The scene at `time`, in seconds; `still` is the scene that the animation was loaded with. Vertices, triangles and
+    /// materials keep their numbers, so that a hierarchy over the triangles can be refitted; normals follow exactly.
+    pub fn at(&self, still: &Scene, time: f32) -> Scene {
+        let mut scene = still.clone();
+        if let Some(track) = &self.camera {
+            scene.camera = track.at(time);
+        }
+        for (index, path) in &self.lights {
+            if let (Some(light), Some(place)) = (scene.lights.get_mut(*index), path.at(time)) {
+                light.corner = place.point(light.corner);
+                light.edge_u = place.direction(light.edge_u);
+                light.edge_v = place.direction(light.edge_v);
+            }
+        }
+        for motion in &self.meshes {
+            motion.apply(time, &mut scene.mesh);
+        }
+        scene
+    }
+
+    /// Whether any triangle moves.
+    pub fn moves_triangles(&self) -> bool {
+        !self.meshes.is_empty()
+    }
+
+    /// Time of the last key, seconds; 0 where there are none. Swaying goes on for ever.
+    pub fn last_key(&self) -> f32 {
+        let paths = self.meshes.iter().filter_map(|motion| motion.path.as_ref());
+        let paths = self.lights.iter().map(|(_, path)| path).chain(paths).map(Path::end);
+        self.camera.iter().map(Track::end).chain(paths).fold(0.0, f32::max)
+    }
+}
+
+impl MeshMotion {
+    fn apply(&self, time: f32, mesh: &mut Mesh) {
+        let vertices = self.vertices.clone();
+        // Another scene than the animation's may be shorter.
+        let (Some(positions), Some(normals)) =
+            (mesh.positions.get_mut(vertices.clone()), mesh.normals.get_mut(vertices))
+        else {
+            return;
+        };
+        if let Some(bend) = self.sway.as_ref().and_then(|sway| sway.at(time)) {
+            for (position, normal) in positions.iter_mut().zip(&mut *normals) {
+                (*position, *normal) = bend.vertex(*position, *normal);
+            }
+        }
+        if let Some(place) = self.path.as_ref().and_then(|path| path.at(time)) {
+            positions.iter_mut().for_each(|position| *position = place.point(*position));
+            normals.iter_mut().for_each(|normal| *normal = place.direction(*normal));
+        }
+    }
+}
+
+impl Mix for Camera {
+    fn mix(self, to: Self, part: f32) -> Self {
+        Self {
+            eye: self.eye.mix(to.eye, part),
+            target: self.target.mix(to.target, part),
+            up: self.up.mix(to.up, part),
+            fov_y_deg: self.fov_y_deg.mix(to.fov_y_deg, part),
+        }
+    }
+}
+
+impl Mix for Vec3 {
+    fn mix(self, to: Self, part: f32) -> Self {
+        self + (to - self) * part
+    }
+}
+
+impl Mix for f32 {
+    fn mix(self, to: Self, part: f32) -> Self {
+        self + (to - self) * part
+    }
+}
