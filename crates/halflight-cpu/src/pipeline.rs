@@ -178,18 +178,9 @@ impl PipelineBuilder {
         if !(1..=MAX_SIZE).contains(&width) || !(1..=MAX_SIZE).contains(&height) {
             return Err(PipelineError::Size { width, height });
         }
-        if self.scene.lights.is_empty() {
-            return Err(PipelineError::NoLight);
-        }
-        for (index, light) in self.scene.lights.iter().enumerate() {
-            light.validate(index)?;
-        }
-        self.scene.mesh.validate()?;
-        check_camera(&self.scene)?;
+        check_scene(&self.scene)?;
         let pattern = self.sampling.pattern()?;
-        for pattern in self.refiner.patterns(pattern) {
-            self.visibility.supports(pattern)?;
-        }
+        check_patterns(self.refiner.as_ref(), self.visibility.as_ref(), pattern)?;
         let pool = match self.threads {
             Some(threads) => Some(rayon::ThreadPoolBuilder::new().num_threads(threads).build()?),
             None => None,
@@ -198,6 +189,25 @@ impl PipelineBuilder {
             State { builder: self, pattern, index: 0, buffers: Buffers::default(), image: Image::default() };
         Ok(Pipeline { state, pool })
     }
+}
+
+fn check_scene(scene: &Scene) -> Result<(), PipelineError> {
+    if scene.lights.is_empty() {
+        return Err(PipelineError::NoLight);
+    }
+    for (index, light) in scene.lights.iter().enumerate() {
+        light.validate(index)?;
+    }
+    scene.mesh.validate()?;
+    check_camera(scene)
+}
+
+fn check_patterns(
+    refiner: &dyn Refiner,
+    visibility: &dyn Visibility,
+    full: Pattern,
+) -> Result<(), Unsupported> {
+    refiner.patterns(full).into_iter().try_for_each(|pattern| visibility.supports(pattern))
 }
 
 fn check_camera(scene: &Scene) -> Result<(), PipelineError> {
@@ -291,6 +301,25 @@ impl Pipeline {
             None => state.render()?,
         }
         Ok(&self.state.image)
+    }
+
+    /// Goes on with another scene, or with the same after something has moved, and with its hierarchy, a new one or
+    /// one that was [refitted](Bvh::refit). `visibility` is a backend over that hierarchy. Nothing of earlier frames goes
+    /// into later ones.
+    ///
+    /// # Errors
+    /// The scene cannot be rendered, or the backend does not fit the refiner; the pipeline is then as it was.
+    pub fn set_scene(
+        &mut self,
+        scene: Arc<Scene>,
+        bvh: Arc<Bvh>,
+        visibility: Box<dyn Visibility>,
+    ) -> Result<(), PipelineError> {
+        check_scene(&scene)?;
+        let State { builder, pattern, .. } = &mut self.state;
+        check_patterns(builder.refiner.as_ref(), visibility.as_ref(), *pattern)?;
+        (builder.scene, builder.bvh, builder.visibility) = (scene, bvh, visibility);
+        Ok(())
     }
 
     /// The last frame's image.

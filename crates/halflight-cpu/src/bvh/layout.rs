@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use glam::Vec3;
 use halflight_core::scene::Mesh;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -18,7 +19,7 @@ const BLOCK: u32 = 1 << 31;
 const DEEP: usize = 48;
 
 /// Eight boxes and what is in them.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
     low: [[f32; 8]; 3],
@@ -55,11 +56,29 @@ impl Node {
         self.occupied
     }
 
-    fn fill(&mut self, slot: usize, bounds: &Aabb, padding: f32, child: u32) {
+    /// The slots of children that exist.
+    pub(super) fn slots(&self) -> impl Iterator<Item = usize> + use<> {
+        let occupied = self.occupied;
+        (0..8).filter(move |slot| occupied >> slot & 1 == 1)
+    }
+
+    /// A child's box.
+    pub(super) fn slot_bounds(&self, slot: usize) -> (Vec3, Vec3) {
+        let corner = |side: &[[f32; 8]; 3]| Vec3::from_array(side.map(|axis| axis[slot]));
+        (corner(&self.low), corner(&self.high))
+    }
+
+    /// Sets a child's box, already padded.
+    pub(super) fn set_bounds(&mut self, slot: usize, low: Vec3, high: Vec3) {
         for axis in 0..3 {
-            self.low[axis][slot] = bounds.min[axis] - padding;
-            self.high[axis][slot] = bounds.max[axis] + padding;
+            self.low[axis][slot] = low[axis];
+            self.high[axis][slot] = high[axis];
         }
+    }
+
+    fn fill(&mut self, slot: usize, bounds: &Aabb, padding: f32, child: u32) {
+        let [low, high] = [bounds.min, bounds.max].map(|corner| Vec3::new(corner[0], corner[1], corner[2]));
+        self.set_bounds(slot, low - padding, high + padding);
         self.children[slot] = child;
         self.occupied |= 1 << slot;
     }

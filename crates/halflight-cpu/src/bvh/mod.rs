@@ -9,6 +9,7 @@ mod bundle;
 mod layout;
 mod nearest;
 mod rays;
+mod refit;
 mod shadow;
 mod single;
 mod slab;
@@ -47,15 +48,22 @@ pub enum BvhError {
         /// The vertex.
         vertex: usize,
     },
+    /// A hierarchy cannot be refitted to another mesh.
+    #[error("the mesh has {found} triangles, but the hierarchy is over {expected}: build a new one")]
+    TriangleCount {
+        /// Triangles of the mesh.
+        found: usize,
+        /// Triangles of the hierarchy.
+        expected: usize,
+    },
 }
 
 /// A bounding-volume hierarchy over the triangles of one mesh.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Bvh {
     pub(crate) nodes: Vec<Node>,
     pub(crate) blocks: Vec<Block>,
-    diagonal: f32,
-    largest: f32,
+    extent: Extent,
     triangle_count: usize,
     build_time: Duration,
 }
@@ -70,27 +78,9 @@ impl Bvh {
     /// The mesh does not validate, or is too large or too deeply nested to be traversed.
     pub fn build(mesh: &Mesh) -> Result<Self, BvhError> {
         let start = Instant::now();
-        mesh.validate()?;
-        if let Some(vertex) =
-            mesh.positions.iter().position(|p| p.abs().max_element() >= Self::MAX_COORDINATE)
-        {
-            return Err(BvhError::Extent { vertex });
-        }
-        let (low, high) = mesh.bounds().unwrap_or_default();
-        let largest = low.abs().max(high.abs()).max_element();
-        // Box tests are wrong by a few units in the last place of the distance to the ray's origin, which lies on or near
-        // the geometry; far from the world's origin the boxes' own coordinates are coarser still.
-        let diagonal = (high - low).length();
-        let padding = (diagonal * 2f32.powi(-17)).max(largest * 2f32.powi(-21));
-        let (nodes, blocks) = layout::build(mesh, padding);
-        Ok(Self {
-            nodes,
-            blocks,
-            diagonal,
-            largest,
-            triangle_count: mesh.triangle_count(),
-            build_time: start.elapsed(),
-        })
+        let extent = Extent::of(mesh)?;
+        let (nodes, blocks) = layout::build(mesh, extent.padding());
+        Ok(Self { nodes, blocks, extent, triangle_count: mesh.triangle_count(), build_time: start.elapsed() })
     }
 
     /// How long building took.
@@ -105,16 +95,44 @@ impl Bvh {
 
     /// Diagonal of the smallest box around the mesh, metres.
     pub fn diagonal(&self) -> f32 {
-        self.diagonal
+        self.extent.diagonal
     }
 
     /// The largest coordinate of any corner.
     pub(crate) fn largest(&self) -> f32 {
-        self.largest
+        self.extent.largest
     }
 
     /// Number of triangles.
     pub fn triangle_count(&self) -> usize {
         self.triangle_count
+    }
+}
+
+/// How large a mesh is.
+#[derive(Clone, Copy, Debug)]
+struct Extent {
+    diagonal: f32,
+    /// The largest coordinate of any corner.
+    largest: f32,
+}
+
+impl Extent {
+    /// Of a mesh that a hierarchy can be over.
+    fn of(mesh: &Mesh) -> Result<Self, BvhError> {
+        mesh.validate()?;
+        if let Some(vertex) = mesh.positions.iter().position(|p| p.abs().max_element() >= Bvh::MAX_COORDINATE)
+        {
+            return Err(BvhError::Extent { vertex });
+        }
+        let (low, high) = mesh.bounds().unwrap_or_default();
+        Ok(Self { diagonal: (high - low).length(), largest: low.abs().max(high.abs()).max_element() })
+    }
+
+    /// By how much boxes are larger than what is in them. Box tests are wrong by a few units in the last place of the
+    /// distance to the ray's origin, which lies on or near the geometry; far from the world's origin the boxes' own
+    /// coordinates are coarser still.
+    fn padding(self) -> f32 {
+        (self.diagonal * 2f32.powi(-17)).max(self.largest * 2f32.powi(-21))
     }
 }

@@ -7,7 +7,7 @@ use super::vector::Vector;
 use crate::simd::Lanes;
 
 /// Up to eight triangles.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Block {
     corners: [[[f32; 8]; 3]; 3],
@@ -101,6 +101,20 @@ impl Block {
             block.set_lane(lane, &Triangle::new(mesh, triangle));
         }
         block
+    }
+
+    /// The triangles' indices.
+    pub(crate) fn triangles(&self) -> impl Iterator<Item = u32> {
+        self.triangles.iter().copied().take_while(|&triangle| triangle != u32::MAX)
+    }
+
+    /// Makes the same triangles anew.
+    pub(crate) fn update(&mut self, mesh: &Mesh) {
+        let triangles = self.triangles;
+        for (lane, triangle) in triangles.into_iter().take_while(|&triangle| triangle != u32::MAX).enumerate()
+        {
+            self.set_lane(lane, &Triangle::new(mesh, triangle));
+        }
     }
 
     /// Puts a triangle into a lane.

@@ -3,4 +3,5 @@
 mod agreement;
 mod building;
 pub(crate) mod meshes;
+mod refit;
 mod watertight;

@@ -1,0 +1,113 @@
+//! A refitted hierarchy answers like one built anew.
+
+use std::sync::Arc;
+
+use glam::{Mat3, Vec3};
+use halflight_core::scene::{Mesh, Scene};
+
+use super::meshes::{Numbers, answer, ask, clusters, hall, lamp, mesh, patterns, scene, soup};
+use crate::bvh::{Bvh, BvhError, BvhRays};
+
+/// A hierarchy over `from`, fitted to `to`.
+fn refitted(from: &Mesh, to: &Mesh) -> Bvh {
+    let mut bvh = Bvh::build(from).unwrap();
+    bvh.refit(to).unwrap();
+    bvh
+}
+
+/// Visible bits of the samples that are wanted.
+fn answers(bvh: &Arc<Bvh>, scene: &Scene, origins: &[Vec3]) -> Vec<u64> {
+    let pattern = patterns().next().unwrap();
+    let visible =
+        |sparse| answer(&mut BvhRays::new(Arc::clone(bvh)), scene, &mut ask(origins, pattern, sparse));
+    [false, true].into_iter().flat_map(visible).collect()
+}
+
+/// A way to move a vertex, and its name.
+type Motion = (&'static str, Box<dyn FnMut(Vec3) -> Vec3>);
+
+/// All alike, bending, apart, at random, onto a plane, far away.
+fn motions() -> Vec<Motion> {
+    let mut numbers = Numbers(9);
+    let mut others = Numbers(10);
+    let turn = Mat3::from_axis_angle(Vec3::new(0.6, 0.0, 0.8), 0.7);
+    vec![
+        ("stay", Box::new(|p| p)),
+        ("turn", Box::new(move |p| turn * p)),
+        ("bend", Box::new(|p| p + Vec3::X * (0.3 * p.y * p.y))),
+        ("swell", Box::new(|p| p * (1.0 + p.length()))),
+        ("shake", Box::new(move |p| p + numbers.point() * 0.05)),
+        ("scatter", Box::new(move |_| others.point())),
+        ("flatten", Box::new(|p| Vec3::new(p.x, 0.25, p.z))),
+        ("carry off", Box::new(|p| p + Vec3::new(3e4, -2e4, 1e4))),
+    ]
+}
+
+#[test]
+fn answers_are_those_of_a_fresh_build() {
+    for (from, low, high, middle) in [
+        (soup(600, 0.2), Vec3::splat(-1.0), Vec3::splat(1.0), Vec3::Y * 1.2),
+        (hall(), Vec3::splat(0.1), Vec3::new(7.9, 2.9, 15.9), Vec3::new(4.0, 3.8, 8.0)),
+    ] {
+        let still = mesh(&from);
+        let mut mixed = 0;
+        for (name, mut motion) in motions() {
+            let corners: Vec<[Vec3; 3]> = from.iter().map(|corners| corners.map(&mut motion)).collect();
+            let light = lamp(motion(middle), 1.0);
+            let origins: Vec<Vec3> = clusters(96, low, high).into_iter().map(&mut motion).collect();
+            let scene = scene(&corners, light);
+            let fresh = Arc::new(Bvh::build(&scene.mesh).unwrap());
+            let moved = Arc::new(refitted(&still, &scene.mesh));
+            assert_eq!((moved.diagonal(), moved.largest()), (fresh.diagonal(), fresh.largest()), "{name}");
+            let expected = answers(&fresh, &scene, &origins);
+            assert!(answers(&moved, &scene, &origins) == expected, "{name}");
+            let visible: u32 = expected.iter().map(|bits| bits.count_ones()).sum();
+            mixed += usize::from(visible > 1000);
+            // Without the refit the answers are wrong, or the comparison would say little.
+            if name == "turn" {
+                assert!(answers(&Arc::new(Bvh::build(&still).unwrap()), &scene, &origins) != expected);
+            }
+        }
+        assert!(mixed >= 4, "{mixed}");
+    }
+}
+
+#[test]
+fn fitted_to_where_it_was_it_is_what_it_was() {
+    let still = mesh(&soup(2000, 0.1));
+    let built = Bvh::build(&still).unwrap();
+    let mut moved = refitted(&still, &mesh(&soup(2000, 0.7)));
+    assert!(moved.cost() > 2.0 * built.cost());
+    moved.refit(&still).unwrap();
+    assert_eq!(format!("{:?}", moved.nodes), format!("{:?}", built.nodes));
+    assert_eq!(format!("{:?}", moved.blocks), format!("{:?}", built.blocks));
+    assert_eq!(moved.cost(), built.cost());
+}
+
+#[test]
+fn cost_is_the_surface_of_all_boxes_over_that_of_the_root() {
+    // Two flat blocks of eight triangles, far apart: each box is 1 × 0 × 1, the root's 11 × 0 × 1.
+    let triangle = |x: f32| [Vec3::X * x, Vec3::new(x + 1.0, 0.0, 0.0), Vec3::new(x, 0.0, 1.0)];
+    let corners: Vec<[Vec3; 3]> = (0..16).map(|index| triangle(if index < 8 { 0.0 } else { 10.0 })).collect();
+    let cost = Bvh::build(&mesh(&corners)).unwrap().cost();
+    // Boxes are padded by a hundred-thousandth of the diagonal on all sides.
+    assert!((cost - 2.0 / 11.0).abs() < 1e-3, "{cost}");
+    assert_eq!(Bvh::build(&mesh(&[])).unwrap().cost(), 0.0);
+}
+
+#[test]
+fn other_meshes_are_refused_and_change_nothing() {
+    let still = mesh(&soup(100, 0.1));
+    let mut bvh = Bvh::build(&still).unwrap();
+    let before = format!("{bvh:?}");
+    let error = bvh.refit(&mesh(&soup(99, 0.1))).unwrap_err();
+    assert_eq!(error, BvhError::TriangleCount { found: 99, expected: 100 });
+    let mut far = still.clone();
+    far.positions[7].x = 2e12;
+    assert_eq!(bvh.refit(&far).unwrap_err(), BvhError::Extent { vertex: 7 });
+    far.positions[7].x = f32::NAN;
+    assert!(matches!(bvh.refit(&far), Err(BvhError::Mesh(_))));
+    assert_eq!(format!("{bvh:?}"), before);
+    let mut empty = Bvh::build(&mesh(&[])).unwrap();
+    empty.refit(&mesh(&[])).unwrap();
+}
