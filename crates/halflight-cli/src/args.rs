@@ -1,5 +1,6 @@
 //! Commands and options.
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
@@ -31,7 +32,9 @@ Examples:
   halflight render atrium --visibility voxel --refiner full --failure-map failures.png
   halflight render atrium --set refiner.coarse_threshold=4 --set sampling.kind=grid
   halflight render --refiner nichols --print-config > nichols.toml    every constant, to edit
-  halflight render atrium --config nichols.toml";
+  halflight render atrium --config nichols.toml
+  halflight render nave --frames 96 --fps 12 --png out/nave.png       out/nave-0000.png to out/nave-0095.png
+  halflight render nave --frames 40..48 --out nave.exr --stats nave.json";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -83,6 +86,14 @@ pub(crate) struct Render {
     /// Worker threads; all cores by default. The image does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) threads: Option<u16>,
+    /// Frames of the scene's animation: N are 0 to N-1, A..B are A to B-1. Each goes to files of its own, with its number
+    /// before the ending: image.png becomes image-0000.png. Frames know nothing of each other and share their light
+    /// samples, so that nothing flickers but what moves.
+    #[arg(long, value_name = "N|A..B", value_parser = frames, help_heading = "Animation")]
+    pub(crate) frames: Option<Range<u32>>,
+    /// Frames a second; frame 0 is the scene as it stands.
+    #[arg(long, value_name = "X", default_value_t = 24.0, value_parser = fps, requires = "frames", help_heading = "Animation")]
+    pub(crate) fps: f64,
     /// Image with all layers, OpenEXR.
     #[arg(long, value_name = "F.exr", help_heading = "Output")]
     pub(crate) out: Option<PathBuf>,
@@ -107,6 +118,13 @@ pub(crate) struct Render {
     /// What radiance is multiplied with in the picture.
     #[arg(long, value_name = "X", default_value_t = halflight_lab::picture::EXPOSURE, value_parser = positive, help_heading = "Output")]
     pub(crate) exposure: f32,
+}
+
+impl Render {
+    /// The files that are asked for.
+    pub(crate) fn files(&self) -> [Option<&PathBuf>; 5] {
+        [&self.out, &self.png, &self.fragment_map, &self.failure_map, &self.stats].map(Option::as_ref)
+    }
 }
 
 /// Choices of a pipeline.
@@ -197,6 +215,21 @@ fn size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once(['x', 'X', '×']);
     let sides = sides.and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
     sides.ok_or_else(|| "expected WIDTHxHEIGHT in pixels, such as 1280x960".to_owned())
+}
+
+/// Frames written `48` or `10..20`.
+fn frames(text: &str) -> Result<Range<u32>, String> {
+    let range = match text.split_once("..") {
+        Some((from, to)) => from.parse().ok().zip(to.parse().ok()),
+        None => text.parse().ok().map(|count| (0, count)),
+    };
+    let range = range.map(|(from, to)| from..to).filter(|range| !range.is_empty());
+    range.ok_or_else(|| "expected a number of frames, such as 48, or a range A..B, such as 10..20".to_owned())
+}
+
+fn fps(text: &str) -> Result<f64, String> {
+    let value = text.parse().ok().filter(|value| (1e-3..=1e6).contains(value));
+    value.ok_or_else(|| "expected frames a second from 0.001 to 1000000".to_owned())
 }
 
 fn positive(text: &str) -> Result<f32, String> {

@@ -8,7 +8,7 @@ use crate::scene::{self, Ready};
 use crate::terminal::print;
 
 pub(crate) fn run(args: &SceneArg) -> Outcome {
-    let Ready { scene, bvh, report } = scene::load(&args.scene)?;
+    let Ready { scene, bvh, animation, report } = scene::load(&args.scene)?;
     let mut out = String::new();
     writeln!(out, "triangles  {} ({} vertices)", scene.mesh.triangle_count(), scene.mesh.positions.len())?;
     for mesh in &report.meshes {
@@ -42,6 +42,9 @@ pub(crate) fn run(args: &SceneArg) -> Outcome {
     }
     let camera = &scene.camera;
     writeln!(out, "camera     at {} towards {}, {}° high", camera.eye, camera.target, camera.fov_y_deg)?;
+    if let Some(animation) = animation {
+        writeln!(out, "animation  {animation}")?;
+    }
     let (bytes, ms) = (bvh.bytes() as f64 / f64::from(1 << 20), bvh.build_time().as_secs_f64() * 1e3);
     writeln!(out, "hierarchy  {bytes:.1} MiB, built in {ms:.1} ms")?;
     writeln!(out, "warnings   {}", report.warnings.len())?;

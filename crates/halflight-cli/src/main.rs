@@ -4,6 +4,7 @@ mod args;
 mod compare;
 mod config;
 mod failure;
+mod frames;
 mod info;
 mod reference;
 mod render;

@@ -5,9 +5,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use halflight_core::glam::Vec3;
+use halflight_core::scene::Scene;
 use halflight_core::stats::{FragmentCounts, FrameStats, RayCounts, StageTimes, VisibilityStats};
+use halflight_cpu::bvh::Bvh;
 use halflight_cpu::config::{Named, PipelineConfig};
 use halflight_cpu::pipeline::Pipeline;
+use halflight_cpu::voxel::VoxelConfig;
 use halflight_lab::exr_file::{ExrFile, RGB};
 use halflight_lab::failure::failures;
 use halflight_lab::picture;
@@ -19,13 +22,16 @@ use crate::Outcome;
 use crate::args::Render;
 use crate::config::configure;
 use crate::failure::{self, VoxelFailures};
-use crate::scene::{self, Ready};
+use crate::frames::{self, Moment};
+use crate::scene;
 use crate::terminal::{print, say};
 
 /// Everything about a frame but the image.
 #[derive(Serialize)]
 struct Stats<'a> {
     config: &'a PipelineConfig,
+    #[serde(flatten)]
+    moment: Option<Moment>,
     fragments: &'a FragmentCounts,
     rays: &'a RayCounts,
     visibility: &'a VisibilityStats,
@@ -37,6 +43,17 @@ struct Stats<'a> {
     peak_bytes: u64,
 }
 
+/// What is rendered, how and where to.
+pub(crate) struct Job<'a> {
+    pub(crate) args: &'a Render,
+    /// The scene as the command line names it.
+    pub(crate) name: &'a str,
+    pub(crate) config: PipelineConfig,
+    /// The backend whose failures are mapped.
+    voxels: Option<VoxelConfig>,
+    build_ms: f64,
+}
+
 pub(crate) fn run(args: &Render) -> Outcome {
     let config = configure(&args.choices)?;
     if args.print_config {
@@ -44,77 +61,104 @@ pub(crate) fn run(args: &Render) -> Outcome {
     }
     // The command line asks for a scene wherever it gets here.
     let name = args.scene.as_deref().unwrap_or_default();
-    let outputs = [&args.out, &args.png, &args.fragment_map, &args.failure_map, &args.stats];
-    let failing = args.failure_map.as_ref().map(|path| Ok::<_, String>((path, failure::voxels(&config)?)));
-    let failing = failing.transpose()?;
-    outputs.into_iter().flatten().try_for_each(|path| scene::check_folder(path))?;
+    let voxels = args.failure_map.as_ref().map(|_| failure::voxels(&config)).transpose()?;
+    args.files().into_iter().flatten().try_for_each(|path| scene::check_folder(path))?;
     scene::use_threads(args.threads)?;
-    let Ready { scene, bvh, .. } = scene::load(name)?;
-    let build_ms = bvh.build_time().as_secs_f64() * 1e3;
-    let mut pipeline =
-        config.builder(Arc::clone(&scene), Arc::clone(&bvh)).layers(args.out.is_some()).build()?;
+    let ready = scene::load(name)?;
+    let build_ms = ready.bvh.build_time().as_secs_f64() * 1e3;
+    let job = Job { args, name, config, voxels, build_ms };
+    let builder = config.builder(Arc::clone(&ready.scene), Arc::clone(&ready.bvh));
+    let mut pipeline = builder.layers(args.out.is_some()).build()?;
+    if let Some(frames) = &args.frames {
+        return frames::run(&job, frames.clone(), &ready, &mut pipeline);
+    }
     pipeline.render()?;
-    let stats = &pipeline.image().stats;
-    say(&summary(name, &config, stats, build_ms));
-
-    let silent = outputs.iter().all(|output| output.is_none());
-    let default_png = silent.then(|| PathBuf::from(format!("{}.png", scene::stem(name))));
-    if let Some(path) = &args.out {
-        layers(&pipeline, name, &config)?.write(path)?;
-        say(&format!("wrote {}", path.display()));
-    }
-    let (width, height) = (config.width, config.height);
-    if let Some(path) = args.png.as_ref().or(default_png.as_ref()) {
-        let rgb = picture::image(&pipeline.image().irradiance, &pipeline.gbuffer().albedo, args.exposure);
-        write_png(path, width, height, &rgb)?;
-        say(&format!("wrote {}", path.display()));
-    }
-    if let Some(path) = &args.fragment_map {
-        let rgb = picture::fragment_map(pipeline.fragments(), pipeline.gbuffer());
-        write_png(path, width, height, &rgb)?;
-        say(&format!("wrote {}", path.display()));
-    }
-    let mut voxel_failures = None;
-    if let Some((path, voxels)) = failing {
-        let found = failures(&scene, &bvh, pipeline.gbuffer(), voxels, config.sampling, config.seed)?;
-        let failures = VoxelFailures::new(&found);
-        say(&failures.line());
-        write_png(path, width, height, &found.image)?;
-        say(&format!("wrote {}", path.display()));
-        voxel_failures = Some(failures);
-    }
-    if let Some(path) = &args.stats {
-        let FrameStats { fragments, rays, visibility, stages_ms, total_ms, peak_bytes } = stats;
-        let (config, total_ms, peak_bytes) = (&config, *total_ms, *peak_bytes);
-        let stats = Stats {
-            config,
-            fragments,
-            rays,
-            visibility,
-            voxel_failures,
-            stages_ms,
-            total_ms,
-            build_ms,
-            peak_bytes,
-        };
-        let text = serde_json::to_string_pretty(&stats)?;
-        write_atomically(path, |file| writeln!(file, "{text}"))?;
-        say(&format!("wrote {}", path.display()));
-    }
+    say(&summary(name, &config, &pipeline.image().stats, build_ms));
+    let files = job.write(&pipeline, &ready.scene, &ready.bvh, None)?;
+    files.iter().for_each(|path| say(&format!("wrote {}", path.display())));
     Ok(())
 }
 
+impl Job<'_> {
+    /// Writes the last frame, `moment` of an animation, to all files that are asked for, and returns their names.
+    pub(crate) fn write(
+        &self,
+        pipeline: &Pipeline,
+        scene: &Scene,
+        bvh: &Arc<Bvh>,
+        moment: Option<Moment>,
+    ) -> Result<Vec<PathBuf>, Box<dyn std::error::Error>> {
+        let (args, config) = (self.args, &self.config);
+        let file = |path: &PathBuf| moment.map_or_else(|| path.clone(), |moment| moment.file(path));
+        let silent = args.files().iter().all(Option::is_none);
+        let default_png = silent.then(|| PathBuf::from(format!("{}.png", scene::stem(self.name))));
+        let mut written = Vec::new();
+        if let Some(path) = args.out.as_ref().map(file) {
+            layers(pipeline, self.name, config, moment)?.write(&path)?;
+            written.push(path);
+        }
+        let (width, height) = (config.width, config.height);
+        if let Some(path) = args.png.as_ref().or(default_png.as_ref()).map(file) {
+            let rgb = picture::image(&pipeline.image().irradiance, &pipeline.gbuffer().albedo, args.exposure);
+            write_png(&path, width, height, &rgb)?;
+            written.push(path);
+        }
+        if let Some(path) = args.fragment_map.as_ref().map(file) {
+            let rgb = picture::fragment_map(pipeline.fragments(), pipeline.gbuffer());
+            write_png(&path, width, height, &rgb)?;
+            written.push(path);
+        }
+        let mut voxel_failures = None;
+        if let (Some(path), Some(voxels)) = (args.failure_map.as_ref().map(file), self.voxels) {
+            let found = failures(scene, bvh, pipeline.gbuffer(), voxels, config.sampling, config.seed)?;
+            let failures = VoxelFailures::new(&found);
+            say(&failures.line());
+            write_png(&path, width, height, &found.image)?;
+            written.push(path);
+            voxel_failures = Some(failures);
+        }
+        if let Some(path) = args.stats.as_ref().map(file) {
+            let FrameStats { fragments, rays, visibility, stages_ms, total_ms, peak_bytes } =
+                &pipeline.image().stats;
+            let stats = Stats {
+                config,
+                moment,
+                fragments,
+                rays,
+                visibility,
+                voxel_failures,
+                stages_ms,
+                total_ms: *total_ms,
+                build_ms: self.build_ms,
+                peak_bytes: *peak_bytes,
+            };
+            let text = serde_json::to_string_pretty(&stats)?;
+            write_atomically(&path, |file| writeln!(file, "{text}"))?;
+            written.push(path);
+        }
+        Ok(written)
+    }
+}
+
 /// The frame with all its layers.
-fn layers(pipeline: &Pipeline, scene: &str, config: &PipelineConfig) -> serde_json::Result<ExrFile> {
+fn layers(
+    pipeline: &Pipeline,
+    scene: &str,
+    config: &PipelineConfig,
+    moment: Option<Moment>,
+) -> serde_json::Result<ExrFile> {
     let (image, gbuffer) = (pipeline.image(), pipeline.gbuffer());
     // By way of text, which has 0.05 where the nearest f64 of an f32 is 0.05000000074505806.
     let config: Value = serde_json::from_str(&serde_json::to_string(config)?)?;
-    let metadata = json!({
+    let mut metadata = json!({
         "program": halflight_lab::PROGRAM,
         "commit": halflight_lab::COMMIT,
         "scene": scene,
         "config": config,
     });
+    if let Some(moment) = moment {
+        metadata["moment"] = json!({ "frame": moment.frame, "time_s": moment.time_s });
+    }
     let mut file = ExrFile::new(image.width, image.height, metadata);
     file.add_light(&image.irradiance, &gbuffer.albedo);
     let visibility: Vec<Vec3> = image.visibility.iter().map(|&part| Vec3::splat(part)).collect();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use halflight_core::scene::Scene;
 use halflight_cpu::bvh::Bvh;
-use halflight_scene::LoadReport;
+use halflight_scene::{Animation, LoadReport};
 
 use crate::terminal::say;
 
@@ -13,6 +13,7 @@ use crate::terminal::say;
 pub(crate) struct Ready {
     pub(crate) scene: Arc<Scene>,
     pub(crate) bvh: Arc<Bvh>,
+    pub(crate) animation: Option<Animation>,
     pub(crate) report: LoadReport,
 }
 
@@ -23,7 +24,8 @@ pub(crate) fn load(name_or_path: &str) -> Result<Ready, Box<dyn std::error::Erro
         say(&format!("warning: {warning}"));
     }
     let bvh = Bvh::build(&loaded.scene.mesh)?;
-    Ok(Ready { scene: Arc::new(loaded.scene), bvh: Arc::new(bvh), report: loaded.report })
+    let halflight_scene::Loaded { scene, animation, report } = loaded;
+    Ok(Ready { scene: Arc::new(scene), bvh: Arc::new(bvh), animation, report })
 }
 
 /// A scene's name for files: a bundled name, or the scene file's without its ending.

@@ -140,6 +140,80 @@ fn without_an_output_option_the_picture_gets_the_name_of_the_scene() {
     assert_eq!(place.files(), ["contact.png"]);
 }
 
+/// A box that is carried up, sways and turns over a floor, under a light and a camera that move as well.
+const MOVING: &str = r#"
+[camera]
+eye = [0.5, 1.6, 3.2]
+target = [0, 0.4, 0]
+fov_y_deg = 45
+
+[[light]]
+corner = [-0.5, 3, -0.5]
+edge_u = [1, 0, 0]
+edge_v = [0, 0, 1]
+radiance = [10, 10, 10]
+
+[[mesh]]
+generator = "contact"
+
+[[mesh]]
+generator = "contact"
+transform = { scale = 0.5, translate = [0, 0.6, 0.8] }
+
+[animation.camera]
+keys = [{ time = 1, eye = [1.0, 1.6, 3.0] }]
+
+[[animation.light]]
+keys = [{ time = 1, translate = [1, 0, 0], rotate_deg = 40 }]
+
+[[animation.mesh]]
+mesh = 1
+keys = [{ time = 1, translate = [0, 0.5, 0], rotate_deg = 90 }]
+sway = { amplitude = [0.3, 0, 0.2], period = 2 }
+"#;
+
+#[test]
+fn a_frame_is_the_same_by_itself_and_among_others() {
+    let place = Place::new("frames");
+    fs::create_dir(place.path("one")).unwrap();
+    fs::write(place.path("moving.toml"), MOVING).unwrap();
+    let read = |name: &str| halflight_lab::exr_file::read(&place.path(name)).unwrap();
+    // Raster4d keeps bins, voxels keep a grid: nothing of them may be left over from the frame before.
+    for options in ["", "--visibility beam --refiner lattice", "--visibility raster4d", "--visibility voxel"]
+    {
+        let moving = format!("render moving.toml --size 48x36 --fps 4 {options}");
+        place.good(&format!("{moving} --frames 4 --out all.exr --stats all.json"));
+        place.good(&format!("{moving} --frames 3..4 --out one/k.exr"));
+        let (frame, alone) = (read("all-0003.exr"), read("one/k-0003.exr"));
+        assert!(frame.channels == alone.channels && frame.metadata == alone.metadata, "{options}");
+        assert_eq!(frame.metadata["moment"], serde_json::json!({ "frame": 3, "time_s": 0.75 }));
+        let stats = json(&place.path("all-0003.json"));
+        assert!(stats["frame"] == 3 && stats["time_s"] == 0.75 && stats["move_ms"].as_f64().unwrap() > 0.0);
+        // Frame 0 is the scene as it stands, and things do move.
+        place.good(&format!("render moving.toml --size 48x36 {options} --out still.exr"));
+        assert!(read("all-0000.exr").channels == read("still.exr").channels, "{options}");
+        assert!(read("all-0001.exr").channels != read("still.exr").channels, "{options}");
+    }
+    let names = ["all-0000.exr", "all-0000.json", "all-0001.exr", "all-0001.json", "all-0002.exr"];
+    assert_eq!(place.files()[..5], names);
+}
+
+#[test]
+fn frames_are_numbered_before_the_ending() {
+    let place = Place::new("numbers");
+    fs::write(place.path("moving.toml"), MOVING).unwrap();
+    let said = place.run("render moving.toml --size 16x12 --frames 2");
+    let said = String::from_utf8(said.stderr).unwrap();
+    assert_eq!(place.files(), ["moving-0000.png", "moving-0001.png", "moving.toml"]);
+    assert!(
+        said.contains("frame 1, 0.042 s: ") && said.contains("wrote moving-0000.png to moving-0001.png"),
+        "{said}"
+    );
+    place.good("render moving.toml --size 16x12 --frames 99999..100000 --fps 10 --fragment-map a.b.png");
+    assert!(place.path("a.b-99999.png").is_file());
+    assert!(place.good("info moving.toml").contains("animation  camera, 1 light, 1 mesh; last key at 1 s"));
+}
+
 #[test]
 fn the_image_does_not_depend_on_the_threads_and_does_on_the_seed() {
     let place = Place::new("threads");
@@ -202,6 +276,11 @@ fn wrong_input_is_refused_in_words() {
         ("render contact --upsampler best", "rbf-robust"),
         ("render contact --colour red", "'--colour'"),
         ("render contact --exposure=-1", "number above 0"),
+        ("render nave --frames 0", "expected a number of frames, such as 48"),
+        ("render nave --frames 5..5", "or a range A..B, such as 10..20"),
+        ("render nave --frames 3 --fps 0", "frames a second from 0.001"),
+        ("render nave --fps 12", "--frames"),
+        ("render contact --frames 2", "contact has no [animation]"),
         ("render", "<SCENE>"),
         ("render contact --config none.toml", "none.toml"),
         ("render contact --config bad.toml", "bad.toml: unknown key coarse of refiner, expected one of"),

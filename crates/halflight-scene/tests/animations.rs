@@ -1,4 +1,5 @@
 //! What moves, and where to.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "helpers of tests")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! Faulty scene files, each with its message.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "helpers of tests")]
 
 mod common;
 

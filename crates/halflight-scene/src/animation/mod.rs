@@ -5,6 +5,7 @@ mod read;
 mod sway;
 mod track;
 
+use std::fmt;
 use std::ops::Range;
 
 use glam::Vec3;
@@ -67,6 +68,27 @@ impl Animation {
         let paths = self.meshes.iter().filter_map(|motion| motion.path.as_ref());
         let paths = self.lights.iter().map(|(_, path)| path).chain(paths).map(Path::end);
         self.camera.iter().map(Track::end).chain(paths).fold(0.0, f32::max)
+    }
+}
+
+impl fmt::Display for Animation {
+    /// What moves, and until when: `camera, 1 light; last key at 8 s`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let count = |count: usize, one: &str, many: &str| match count {
+            0 => None,
+            1 => Some(format!("1 {one}")),
+            _ => Some(format!("{count} {many}")),
+        };
+        let what = [
+            self.camera.as_ref().map(|_| "camera".to_owned()),
+            count(self.lights.len(), "light", "lights"),
+            count(self.meshes.len(), "mesh", "meshes"),
+        ];
+        write!(f, "{}", what.into_iter().flatten().collect::<Vec<_>>().join(", "))?;
+        match self.last_key() {
+            0.0 => Ok(()),
+            end => write!(f, "; last key at {end} s"),
+        }
     }
 }
 

@@ -1,0 +1,93 @@
+//! `halflight render --frames`: a scene's animation, frame by frame, each on its own.
+
+use std::error::Error;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use halflight_cpu::pipeline::Pipeline;
+use halflight_scene::Animation;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use crate::Outcome;
+use crate::render::Job;
+use crate::scene::Ready;
+use crate::terminal::{message, say};
+
+/// A frame of an animation, as it goes into statistics and images.
+#[derive(Clone, Copy, Serialize)]
+pub(crate) struct Moment {
+    pub(crate) frame: u32,
+    pub(crate) time_s: f64,
+    /// Time it took to move the scene and to fit its hierarchy.
+    move_ms: f64,
+}
+
+impl Moment {
+    /// The file for this frame: its number goes before the ending.
+    pub(crate) fn file(&self, path: &Path) -> PathBuf {
+        let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
+        let mut name = format!("{}-{:04}", part(path.file_stem()), self.frame);
+        if path.extension().is_some() {
+            name = format!("{name}.{}", part(path.extension()));
+        }
+        path.with_file_name(name)
+    }
+}
+
+/// Renders these frames and writes what the job asks for.
+pub(crate) fn run(job: &Job, frames: Range<u32>, ready: &Ready, pipeline: &mut Pipeline) -> Outcome {
+    let Some(animation) = &ready.animation else {
+        return Err(format!(
+            "{} has no [animation], so that all frames would be the same: add one to the scene file or leave --frames out",
+            job.name
+        )
+        .into());
+    };
+    let style =
+        ProgressStyle::with_template("{bar:40} {pos} of {len} frames, {elapsed} of about {duration}")?;
+    let bar = ProgressBar::new(frames.len() as u64).with_style(style);
+    let mut written = Vec::new();
+    for frame in frames {
+        let rendered = bar.suspend(|| render(job, animation, ready, pipeline, frame));
+        let files = rendered.map_err(|fault| format!("frame {frame}: {}", message(fault.as_ref())))?;
+        bar.inc(1);
+        written.push(files);
+    }
+    bar.finish_and_clear();
+    if let (Some(first), Some(last)) = (written.first(), written.last()) {
+        for (first, last) in first.iter().zip(last) {
+            say(&format!("wrote {} to {}", first.display(), last.display()));
+        }
+    }
+    Ok(())
+}
+
+/// One frame, which depends on its number alone; returns the files that it went to.
+fn render(
+    job: &Job,
+    animation: &Animation,
+    still: &Ready,
+    pipeline: &mut Pipeline,
+    frame: u32,
+) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    let start = Instant::now();
+    let time_s = f64::from(frame) / job.args.fps;
+    let scene = Arc::new(animation.at(&still.scene, time_s as f32));
+    let bvh = match animation.moves_triangles() {
+        true => Arc::new(still.bvh.follow(&scene.mesh)?),
+        false => Arc::clone(&still.bvh),
+    };
+    pipeline.set_scene(Arc::clone(&scene), Arc::clone(&bvh), job.config.visibility.stage(&bvh)?)?;
+    let moment = Moment { frame, time_s, move_ms: start.elapsed().as_secs_f64() * 1e3 };
+    // The same light samples in all frames.
+    pipeline.set_frame_index(0);
+    let stats = &pipeline.render()?.stats;
+    say(&format!(
+        "frame {frame}, {time_s:.3} s: {:.1} ms, {} fragments, {} rays; moved in {:.1} ms",
+        stats.total_ms, stats.fragments.total, stats.rays.total, moment.move_ms
+    ));
+    job.write(pipeline, &scene, &bvh, Some(moment))
+}
