@@ -81,6 +81,17 @@ pub fn compare(image: Image<'_>, reference: Image<'_>) -> Result<Comparison, Com
     })
 }
 
+/// [`Comparison::nmse2`] alone, which takes far less time than all of them.
+///
+/// # Errors
+/// As [`compare`].
+pub fn nmse2(image: Image<'_>, reference: Image<'_>) -> Result<f64, CompareError> {
+    let pair = Pair::new(image, reference)?;
+    let sums = pair.values().map(|(a, b)| ((a - b).length_squared(), b.length_squared()));
+    let (sse, sum) = sums.fold((0.0, 0.0), |total, one| (total.0 + one.0, total.1 + one.1));
+    Ok(sse / sum)
+}
+
 /// Estimates the NMSE₂ of the mean of two independent, unbiased halves of a rendering against the true image.
 ///
 /// With a variance σ² in each pixel of a half, the halves differ by 2σ² in the mean square, while their mean is off

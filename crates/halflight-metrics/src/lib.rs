@@ -3,6 +3,7 @@
 //! * [`compare`] sets an image against a reference and returns every error measure the project reports, as one
 //!   serialisable [`Comparison`]. `nmse2` is the one its targets are stated in.
 //! * [`halves_noise`] estimates the error that is left in a reference, from two independent halves of it.
+//! * [`flicker`] tells what changes between two frames and should not.
 //! * [`error_map`] and [`squared_error_picture`] show where the error lies, at a scale fixed by the caller.
 //! * [`check_close`] is the project's only approximate comparison for tests.
 //! * [`tone_map`], [`write_png`] and [`write_atomically`] put pictures on disk.
@@ -29,6 +30,7 @@ mod close;
 mod color;
 mod compare;
 mod filter;
+mod flicker;
 mod flip;
 mod map;
 mod output;
@@ -37,7 +39,8 @@ mod ssim;
 mod view;
 
 pub use close::{Mismatch, Tolerance, check_close};
-pub use compare::{Comparison, compare, halves_noise};
+pub use compare::{Comparison, compare, halves_noise, nmse2};
+pub use flicker::{Flicker, flicker};
 pub use map::{ErrorMap, error_map, squared_error_picture};
 pub use output::{WriteError, tone_map, write_atomically, write_png};
 pub use pair::{CompareError, Role};

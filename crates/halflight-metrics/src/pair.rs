@@ -112,7 +112,12 @@ impl<'a> Pair<'a> {
 
     /// Image and reference values of the pixels that take part, in order.
     pub(crate) fn values(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
-        self.indices().map(|i| (self.image[i].as_dvec3(), self.reference[i].as_dvec3()))
+        self.indices().map(|i| self.at(i))
+    }
+
+    /// Image and reference values of a pixel that takes part.
+    pub(crate) fn at(&self, index: usize) -> (DVec3, DVec3) {
+        (self.image[index].as_dvec3(), self.reference[index].as_dvec3())
     }
 
     /// One value for each pixel of the picture from image and reference divided by the peak; `masked` elsewhere.

@@ -4,7 +4,7 @@
 
 use glam::Vec3;
 use halflight_metrics::{
-    CompareError, Comparison, Image, ImageError, Role, ShapeMismatch, compare, halves_noise,
+    CompareError, Comparison, Image, ImageError, Role, ShapeMismatch, compare, halves_noise, nmse2,
 };
 
 /// Sums of a few dozen values in `f64`: rounding stays far below this share of the result.
@@ -67,6 +67,7 @@ fn pointwise_measures_have_their_closed_form() {
     assert_near(c.sse, 5.25);
     assert_near(c.nmse, (5.25 / 16.0) / (8.0 / 4.0));
     assert_near(c.nmse2, 5.25 / 22.0);
+    assert_eq!(nmse2(view(&image), view(&reference)), Ok(c.nmse2));
     assert_near(c.rmse, (5.25_f64 / 6.0).sqrt());
     let epsilon = 0.04 * 0.04;
     assert_near(c.relmse, (1.0 / (16.0 + epsilon) + 4.0 / epsilon + 0.25 / (1.0 + epsilon)) / 6.0);

@@ -9,6 +9,7 @@ macro_rules! experiments {
 /// Names and texts.
 pub const EXPERIMENTS: &[(&str, &str)] = experiments![
     "default",
+    "flicker",
     "koa-fig15",
     "koa-fig16",
     "koa-fig17",
@@ -59,6 +60,7 @@ mod tests {
         // Counted by hand from the files' axes.
         let expected = [
             ("default", 3, 2 * 5 * 2 + 6),
+            ("flicker", 3, 2 + 2 * 5 * 2 + 4 + 3),
             ("koa-fig15", 1, 2 + 2),
             ("koa-fig16", 2, 2 + 2),
             ("koa-fig17", 7, 3 + 3),

@@ -1,14 +1,12 @@
 //! Charts, and those of finished rows: error against time, rays or the size of the light.
 
-use std::path::{Path, PathBuf};
-
 use halflight_cpu::config::{Named, RefinerConfig, UpsamplerConfig};
-use halflight_metrics::{write_atomically, write_png};
-use plotters::prelude::*;
+use plotters::prelude::DrawingBackend;
 
-use super::draw::{Canvas, SIZE, draw, font_is_there};
+use super::draw::{Canvas, Drawn, draw};
+use super::drawing::Drawing;
+use super::pareto;
 use super::record::Finished;
-use super::{AblateError, pareto};
 
 /// A chart; y has a logarithmic scale.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,7 +125,7 @@ const UPSAMPLERS: &str = "Colour: upsampler";
 
 /// Which mark a row gets: shape by refiner, colour by upsampler (or by light samples or backend, where those vary more),
 /// filled for `ratio`.
-struct Marks {
+pub(super) struct Marks {
     refiners: Vec<String>,
     colors: Vec<String>,
     shadings: Vec<String>,
@@ -136,7 +134,7 @@ struct Marks {
 }
 
 impl Marks {
-    fn of(rows: &[&Finished]) -> Self {
+    pub(super) fn of(rows: &[&Finished]) -> Self {
         let sampled: fn(&Finished) -> String =
             |row| format!("{} / {}", row.record.pattern, row.record.sharing);
         let upsampled: fn(&Finished) -> String = |row| row.record.upsampler.clone();
@@ -169,7 +167,7 @@ impl Marks {
         }
     }
 
-    fn mark(&self, row: &Finished) -> Mark {
+    pub(super) fn mark(&self, row: &Finished) -> Mark {
         // Monte Carlo has no upsampler to be coloured by.
         let plain = row.record.refiner == "full" && self.title == UPSAMPLERS;
         let rgb = if plain { BLACK_INK } else { self.color(&(self.colored)(row)) };
@@ -293,64 +291,15 @@ impl Chart {
         let places: Vec<(f64, f64)> = points.iter().map(|point| (point.x, point.y)).collect();
         pareto::front(&places).into_iter().map(|index| points[index]).collect()
     }
+}
 
-    /// The chart as SVG.
-    ///
-    /// # Errors
-    /// Drawing failed.
-    pub fn svg(&self) -> Result<String, AblateError> {
-        self.check_font()?;
-        let mut svg = String::new();
-        {
-            let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-            self.drawn(draw(&Canvas { area: &area, scale: 1 }, self))?;
-            self.drawn(area.present())?;
-        }
-        Ok(svg)
+impl Drawing for Chart {
+    fn title(&self) -> &str {
+        &self.title
     }
 
-    /// The chart as sRGB pixels, with width and height.
-    ///
-    /// # Errors
-    /// Drawing failed.
-    pub fn pixels(&self) -> Result<(u32, u32, Vec<[u8; 3]>), AblateError> {
-        self.check_font()?;
-        // Twice the size of the SVG, for screens on which a unit is two pixels.
-        const SCALE: u32 = 2;
-        let size = (SIZE.0 * SCALE, SIZE.1 * SCALE);
-        let mut bytes = vec![255; size.0 as usize * size.1 as usize * 3];
-        {
-            let area = BitMapBackend::with_buffer(&mut bytes, size).into_drawing_area();
-            self.drawn(draw(&Canvas { area: &area, scale: SCALE as i32 }, self))?;
-            self.drawn(area.present())?;
-        }
-        Ok((size.0, size.1, bytes.as_chunks().0.to_vec()))
-    }
-
-    /// Writes `path.svg` and `path.png`; the path itself may hold dots.
-    ///
-    /// # Errors
-    /// Drawing or writing failed.
-    pub fn write(&self, path: &Path) -> Result<(), AblateError> {
-        let ending = |ending: &str| {
-            let mut name = path.as_os_str().to_os_string();
-            name.push(ending);
-            PathBuf::from(name)
-        };
-        let svg = self.svg()?;
-        write_atomically(&ending(".svg"), |file| std::io::Write::write_all(file, svg.as_bytes()))?;
-        let (width, height, pixels) = self.pixels()?;
-        write_png(&ending(".png"), width, height, &pixels)?;
-        Ok(())
-    }
-
-    fn check_font(&self) -> Result<(), AblateError> {
-        self.drawn(if font_is_there() { Ok(()) } else { Err("the font cannot be read") })
-    }
-
-    fn drawn<E: std::fmt::Display>(&self, result: Result<(), E>) -> Result<(), AblateError> {
-        let fault = |fault: E| AblateError::Chart { chart: self.title.clone(), message: fault.to_string() };
-        result.map_err(fault)
+    fn draw<DB: DrawingBackend>(&self, canvas: &Canvas<DB>) -> Drawn<DB> {
+        draw(canvas, self)
     }
 }
 

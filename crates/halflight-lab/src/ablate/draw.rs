@@ -1,11 +1,8 @@
 //! Draws a chart: once, for SVG and PNG.
 
-use std::sync::OnceLock;
-
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{FontStyle, register_font};
 
 use super::chart::{Chart, Mark, Scale, Shape};
 
@@ -17,18 +14,11 @@ const PLOT: (i32, i32, i32, i32) = (86, 960, 64, 690);
 const MARGIN: f64 = 0.05;
 /// Least extent of an axis: a factor of two and a half, or 0.4 units.
 const NARROWEST: f64 = 0.4;
-const FONT: &str = "sans-serif";
-const INK: RGBColor = RGBColor(34, 34, 34);
+pub(super) const FONT: &str = "sans-serif";
+pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
 const GRID: RGBColor = RGBColor(228, 228, 228);
 const FRONT: RGBColor = RGBColor(120, 120, 120);
-const NOISE: RGBColor = RGBColor(170, 60, 60);
-
-/// The bitmap backend has no fonts of its own; SVG viewers use theirs and this one's measures.
-pub(crate) fn font_is_there() -> bool {
-    static FONT_REGISTERED: OnceLock<bool> = OnceLock::new();
-    *FONT_REGISTERED
-        .get_or_init(|| register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT).is_ok())
-}
+pub(super) const NOISE: RGBColor = RGBColor(170, 60, 60);
 
 /// What is drawn on, in units.
 pub(crate) struct Canvas<'a, DB: DrawingBackend> {
@@ -38,7 +28,7 @@ pub(crate) struct Canvas<'a, DB: DrawingBackend> {
     pub(crate) scale: i32,
 }
 
-type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+pub(crate) type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
 
 /// From a quantity to pixels.
 struct Axis {
@@ -238,16 +228,32 @@ fn key<DB: DrawingBackend>(canvas: &Canvas<DB>, chart: &Chart) -> Drawn<DB> {
 }
 
 impl<DB: DrawingBackend> Canvas<'_, DB> {
-    fn line(&self, points: impl IntoIterator<Item = (i32, i32)>, color: RGBColor, width: u32) -> Drawn<DB> {
+    pub(super) fn line(
+        &self,
+        points: impl IntoIterator<Item = (i32, i32)>,
+        color: RGBColor,
+        width: u32,
+    ) -> Drawn<DB> {
         let width = width * self.scale.unsigned_abs();
         self.area.draw(&PathElement::new(self.pixels(points), color.stroke_width(width)))
     }
 
-    fn polygon(&self, corners: impl IntoIterator<Item = (i32, i32)>, color: RGBColor) -> Drawn<DB> {
+    pub(super) fn polygon(
+        &self,
+        corners: impl IntoIterator<Item = (i32, i32)>,
+        color: RGBColor,
+    ) -> Drawn<DB> {
         self.area.draw(&Polygon::new(self.pixels(corners), color))
     }
 
-    fn text(&self, words: &str, (x, y): (i32, i32), size: i32, color: RGBColor, side: HPos) -> Drawn<DB> {
+    pub(super) fn text(
+        &self,
+        words: &str,
+        (x, y): (i32, i32),
+        size: i32,
+        color: RGBColor,
+        side: HPos,
+    ) -> Drawn<DB> {
         let style = (FONT, size * self.scale).into_font().color(&color).pos(Pos::new(side, VPos::Top));
         self.area.draw(&Text::new(words.to_string(), (x * self.scale, y * self.scale), style))
     }

@@ -9,7 +9,9 @@ use halflight_cpu::irradiance::Shading;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::paper::Paper;
+use super::plan::Setting;
 use super::{AblateError, bundled};
+use crate::reference::ReferenceConfig;
 
 /// An experiment: scenes, grids of pipelines, how often and against what.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,6 +55,9 @@ pub struct Experiment {
     /// Also draws how time grows, with fitted slopes.
     #[serde(default)]
     pub scaling: Option<Scaling>,
+    /// Also takes every row along the animations of the scenes.
+    #[serde(default)]
+    pub flicker: Option<FlickerChoice>,
     /// The scenes.
     #[serde(rename = "scene")]
     pub scenes: Vec<SceneChoice>,
@@ -80,6 +85,16 @@ pub struct ReferenceChoice {
 pub struct Scaling {
     /// What grows.
     pub axis: Axis,
+}
+
+/// Which frames of an animation flicker is measured in.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FlickerChoice {
+    /// How many frames, the first at time 0.
+    pub frames: u32,
+    /// Time from one to the next, seconds.
+    pub step: f64,
 }
 
 /// What an experiment on scaling makes larger.
@@ -226,6 +241,17 @@ impl Experiment {
         }
         self.repetitions = 1;
         self.scenes.iter_mut().for_each(|scene| scene.repetitions = None);
+        if let Some(flicker) = &mut self.flicker {
+            flicker.frames = flicker.frames.min(4);
+        }
+    }
+
+    /// What the reference of a setting is.
+    pub fn reference_of(&self, setting: &Setting) -> ReferenceConfig {
+        let [width, height] = setting.size;
+        let own = self.scenes.get(setting.scene).and_then(|choice| choice.reference_samples);
+        let ReferenceChoice { samples, seed } = self.reference;
+        ReferenceConfig { width, height, samples: own.unwrap_or(samples), seed }
     }
 
     /// Timed frames of a row in the scene with this index.
@@ -257,6 +283,14 @@ impl Experiment {
         }
         if let Some(target) = self.equal_error.iter().find(|target| !(**target > 0.0 && target.is_finite())) {
             return Err(format!("equal_error has {target}, expected positive NMSE₂ targets"));
+        }
+        if let Some(FlickerChoice { frames, step }) = self.flicker {
+            if frames < 2 {
+                return Err(format!("flicker.frames is {frames}, expected at least 2"));
+            }
+            if !(step > 0.0 && step.is_finite()) {
+                return Err(format!("flicker.step is {step}, expected seconds above 0"));
+            }
         }
         let empty = |list: &str| Err(format!("{list} is empty, expected at least one entry"));
         if self.sizes.is_empty() {
@@ -363,6 +397,14 @@ mod tests {
         assert!(sweep.contains("no row sets this constant"), "{sweep}");
         let backend = with("equal_time = \"rays\"");
         assert!(backend.contains("`rays`") && backend.contains("bvh, raster4d"), "{backend}");
+        for (keys, expected) in [
+            ("frames = 1, step = 0.1", "flicker.frames is 1, expected at least 2"),
+            ("frames = 2, step = 0", "flicker.step is 0, expected seconds above 0"),
+            ("frames = 2", "missing field `step`"),
+        ] {
+            let frames = with(&format!("flicker = {{ {keys} }}"));
+            assert!(frames.contains(expected), "{frames}");
+        }
         let count = fault(&SMALL.replace("[4]", "[5000]"));
         assert!(count.contains("5000 light samples"), "{count}");
     }

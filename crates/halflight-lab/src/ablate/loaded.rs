@@ -6,6 +6,7 @@ use std::sync::Arc;
 use halflight_core::light::AreaLight;
 use halflight_core::scene::Scene;
 use halflight_cpu::bvh::Bvh;
+use halflight_scene::Animation;
 
 use super::experiment::SceneChoice;
 use super::progress::Progress;
@@ -19,6 +20,8 @@ pub(super) struct Loaded {
     pub(super) scene: Arc<Scene>,
     /// Over its triangles.
     pub(super) bvh: Arc<Bvh>,
+    /// What moves in it.
+    pub(super) animation: Option<Animation>,
 }
 
 impl Loaded {
@@ -34,7 +37,8 @@ impl Loaded {
         }
         let bvh = Bvh::build(&loaded.scene.mesh)
             .map_err(|source| AblateError::Bvh { scene: name.clone(), source })?;
-        Ok(Self { name, scene: Arc::new(loaded.scene), bvh: Arc::new(bvh) })
+        let halflight_scene::Loaded { scene, animation, .. } = loaded;
+        Ok(Self { name, scene: Arc::new(scene), bvh: Arc::new(bvh), animation })
     }
 
     /// The scene with its lights scaled about their middles.
@@ -100,7 +104,8 @@ mod tests {
     fn lights_are_scaled_about_their_middles() {
         let loaded = halflight_scene::resolve("contact").unwrap();
         let bvh = Bvh::build(&loaded.scene.mesh).unwrap();
-        let loaded = Loaded { name: String::new(), scene: Arc::new(loaded.scene), bvh: Arc::new(bvh) };
+        let (scene, bvh) = (Arc::new(loaded.scene), Arc::new(bvh));
+        let loaded = Loaded { name: String::new(), scene, bvh, animation: None };
         let (before, after) = (loaded.scene.lights[0], loaded.lit(2.0).lights[0]);
         let middle = |light: &AreaLight| light.corner + (light.edge_u + light.edge_v) * 0.5;
         // Coordinates of a few metres, each a sum of four: a few units in the last place.

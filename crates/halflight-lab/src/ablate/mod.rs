@@ -4,14 +4,17 @@
 //! rows (a pipeline in a setting), [`run`](run::run) renders, times and measures them, [`output`] writes
 //! `results.csv`, the charts and `report.html`.
 
+pub mod bars;
 pub mod bundled;
 pub mod chart;
 pub mod constants;
 mod draw;
+mod drawing;
 pub mod equal_error;
 pub mod equal_time;
 pub mod error;
 pub mod experiment;
+pub mod flicker;
 mod loaded;
 pub mod output;
 pub mod paper;

@@ -1,17 +1,19 @@
 //! The files that an experiment ends in.
 
 use std::io::Write;
+use std::path::PathBuf;
 
 use halflight_metrics::write_atomically;
 use itertools::iproduct;
 
-use super::chart::{Against, Chart, errors};
-use super::experiment::{Experiment, Scaling};
+use super::chart::{Against, errors};
+use super::drawing::Drawing;
+use super::experiment::{Experiment, FlickerChoice, Scaling};
 use super::plan::{scene_label, slug};
 use super::record::{Finished, write_csv};
 use super::report::{self, Figure};
 use super::run::{Outcome, Places};
-use super::{AblateError, equal_error, equal_time, error, paper, scaling, sweep};
+use super::{AblateError, equal_error, equal_time, error, flicker, paper, scaling, sweep};
 
 /// Writes `results.csv`, the tables that the experiment asks for (`paper.csv`, `equal-time.csv`, `summary.csv`, `slopes.csv`), the charts
 /// and `report.html`. `command` is what the report says it was made by.
@@ -41,6 +43,9 @@ pub fn write(
         let lines = scaling::lines(&outcome.rows, axis);
         scaling::table(&lines, axis).write_csv(&places.out.join("slopes.csv"))?;
     }
+    if experiment.flicker.is_some() {
+        flicker::table(&outcome.rows).write_csv(&places.out.join("flicker.csv"))?;
+    }
     let figures = charts(experiment, outcome, places)?;
     let html = report::html(experiment, outcome, &figures, command)?;
     write_atomically(&places.out.join("report.html"), |file| file.write_all(html.as_bytes()))?;
@@ -51,20 +56,15 @@ pub fn write(
 fn charts(experiment: &Experiment, outcome: &Outcome, places: &Places) -> Result<Vec<Figure>, AblateError> {
     let folder = places.out.join("charts");
     std::fs::create_dir_all(&folder).map_err(error::at(&folder))?;
-    let mut figures = Vec::new();
-    let mut draw = |slug: String, chart: Chart, settings: Vec<String>| {
-        chart.write(&folder.join(&slug))?;
-        figures.push(Figure { path: format!("charts/{slug}"), title: chart.title, settings });
-        Ok::<(), AblateError>(())
-    };
+    let mut charts = Charts { folder, figures: Vec::new() };
     if let Some(Scaling { axis }) = experiment.scaling {
         let lines = scaling::lines(&outcome.rows, axis);
         let title = format!("Visibility against {}", axis.quantity());
-        draw("scaling".to_string(), scaling::chart(title, &lines, axis), Vec::new())?;
+        charts.draw("scaling".to_string(), &scaling::chart(title, &lines, axis), Vec::new())?;
     }
     if !experiment.equal_error.is_empty() {
         let summary = equal_error::summary(&outcome.rows, &experiment.equal_error);
-        draw("summary".to_string(), summary.chart(), Vec::new())?;
+        charts.draw("summary".to_string(), &summary.chart(), Vec::new())?;
     }
     for setting in &outcome.settings {
         let rows: Vec<&Finished> = outcome.rows.iter().filter(|row| row.setting == setting.slug).collect();
@@ -75,13 +75,17 @@ fn charts(experiment: &Experiment, outcome: &Outcome, places: &Places) -> Result
         if experiment.scaling.is_none() {
             for (against, words) in [(Against::Time, "time"), (Against::Rays, "rays")] {
                 let chart = errors(format!("{name}: error against {words}"), &rows, against);
-                draw(format!("{}-{words}", setting.slug), chart, here.clone())?;
+                charts.draw(format!("{}-{words}", setting.slug), &chart, here.clone())?;
             }
         }
         if let Some(constant) = &experiment.sweep
             && let Some(chart) = sweep::chart(format!("{name}: error against {constant}"), &rows, constant)
         {
-            draw(format!("{}-{}", setting.slug, slug(constant)), chart, here)?;
+            charts.draw(format!("{}-{}", setting.slug, slug(constant)), &chart, here.clone())?;
+        }
+        if let Some(FlickerChoice { frames, step }) = experiment.flicker {
+            let title = format!("{name}: flicker over {frames} frames, {:.1} ms apart", step * 1e3);
+            charts.draw(format!("{}-flicker", setting.slug), &flicker::bars(title, &rows), here)?;
         }
     }
     if experiment.light_scales.len() > 1 {
@@ -96,11 +100,31 @@ fn charts(experiment: &Experiment, outcome: &Outcome, places: &Places) -> Result
                 let name = format!("{}, {width} × {height}", scene_label(choice));
                 let chart =
                     errors(format!("{name}: error against the size of the light"), &rows, Against::Light);
-                draw(format!("{}-light", slugs[0]), chart, slugs[..1].to_vec())?;
+                charts.draw(format!("{}-light", slugs[0]), &chart, slugs[..1].to_vec())?;
             }
         }
     }
-    Ok(figures)
+    Ok(charts.figures)
+}
+
+/// Charts that have been drawn.
+struct Charts {
+    folder: PathBuf,
+    figures: Vec<Figure>,
+}
+
+impl Charts {
+    fn draw(
+        &mut self,
+        slug: String,
+        drawing: &impl Drawing,
+        settings: Vec<String>,
+    ) -> Result<(), AblateError> {
+        drawing.write(&self.folder.join(&slug))?;
+        let title = drawing.title().to_string();
+        self.figures.push(Figure { path: format!("charts/{slug}"), title, settings });
+        Ok(())
+    }
 }
 
 /// A setting's label with the size of the image, which labels say only where there are several.

@@ -9,6 +9,7 @@ use halflight_metrics::{Comparison, write_atomically};
 use serde::{Deserialize, Serialize};
 
 use super::AblateError;
+use super::flicker::{FrameError, Means};
 use super::plan::{Row, Setting, word};
 use super::provenance::Provenance;
 use super::timing::Medians;
@@ -159,6 +160,16 @@ pub struct Record {
     /// Those whose rays missed what lies in the grid.
     #[serde(default)]
     pub missed: Option<u64>,
+    /// Mean flicker from frame to frame along the scene's animation, as in [`Flicker`](halflight_metrics::Flicker), in
+    /// the mean over frames; this and what follows is empty where the experiment does not ask for it.
+    #[serde(default)]
+    pub flicker_mean: Option<f64>,
+    /// Its 99th percentile over the pixels, in the mean over frames.
+    #[serde(default)]
+    pub flicker_p99: Option<f64>,
+    /// NMSE₂ in the mean over these frames.
+    #[serde(default)]
+    pub flicker_nmse2: Option<f64>,
 }
 
 /// A finished row.
@@ -178,6 +189,9 @@ pub struct Finished {
     pub paper: Option<PaperError>,
     /// Fragments of each level, 0 first.
     pub per_level: [u64; LEVELS],
+    /// Its frames along the scene's animation, where the experiment asks for them.
+    #[serde(default)]
+    pub frames: Vec<FrameError>,
     /// Its line in the table.
     pub record: Record,
 }
@@ -202,6 +216,7 @@ pub(crate) struct Measured<'a> {
     pub(crate) times: Medians,
     pub(crate) errors: Comparison,
     pub(crate) failures: Option<&'a Failures>,
+    pub(crate) frames: &'a [FrameError],
     pub(crate) reference_noise: f64,
     pub(crate) provenance: &'a Provenance,
 }
@@ -210,6 +225,7 @@ impl Measured<'_> {
     pub(crate) fn record(&self) -> Record {
         let (config, stats, errors) = (&self.row.config, self.stats, &self.errors);
         let Medians { stages, prepare, total } = self.times;
+        let flicker = Means::of(self.frames);
         let (visibility, causes) = (&stats.visibility, self.failures.map(|failures| failures.counts));
         Record {
             experiment: self.experiment.to_string(),
@@ -270,6 +286,9 @@ impl Measured<'_> {
             thickness: causes.map(|counts| counts.thickness),
             out_of_view: causes.map(|counts| counts.out_of_view),
             missed: causes.map(|counts| counts.missed),
+            flicker_mean: flicker.map(|means| means.mean),
+            flicker_p99: flicker.map(|means| means.p99),
+            flicker_nmse2: flicker.map(|means| means.nmse2),
         }
     }
 }
@@ -323,6 +342,7 @@ pub(crate) mod tests {
             normalised_sse: 0.25,
             paper: None,
             per_level: [3; LEVELS],
+            frames: Vec::new(),
             record: Record {
                 experiment: "made-up".to_string(),
                 scene: "hall".to_string(),
@@ -382,6 +402,9 @@ pub(crate) mod tests {
                 thickness: None,
                 out_of_view: None,
                 missed: None,
+                flicker_mean: None,
+                flicker_p99: None,
+                flicker_nmse2: None,
             },
         }
     }
@@ -391,6 +414,7 @@ pub(crate) mod tests {
         let path = std::env::temp_dir().join(format!("halflight-record-{}.csv", std::process::id()));
         let mut equal = finished("full", "bilinear", 3.0, 0.0).record;
         equal.psnr = None;
+        (equal.flicker_mean, equal.flicker_nmse2) = (Some(1e-3 / 3.0), Some(0.0));
         (equal.false_shadow, equal.off_share, equal.missed) = (Some(1.0 / 3.0), Some(0.0), Some(7));
         equal.parameters = "a=1;b=\"x\", y".to_string();
         let records = vec![finished("nichols", "delaunay", 0.1 + 0.2, 1e-300).record, equal];
@@ -406,7 +430,8 @@ pub(crate) mod tests {
              gbuffer_ms,pyramid_ms,refine_ms,visibility_ms,irradiance_ms,upsample_ms,compose_ms,total_ms,\
              sse,nmse,nmse2,relmse,psnr,ssim,flip,reference_noise,commit,machine,\
              prepare_ms,lit,umbra,spared,listed,walked,left_to_rays,entries,pairs,kept,relevant,unprojected,\
-             false_shadow,false_light,off_share,self_occlusion,thickness,out_of_view,missed"
+             false_shadow,false_light,off_share,self_occlusion,thickness,out_of_view,missed,\
+             flicker_mean,flicker_p99,flicker_nmse2"
         );
     }
 

@@ -163,7 +163,7 @@ fn section(
 /// Title and text; a column is left out where it would be empty.
 type Column = (&'static str, fn(&Finished) -> String);
 
-const COLUMNS: [Column; 37] = [
+const COLUMNS: [Column; 40] = [
     ("refiner", |row| row.record.refiner.clone()),
     ("visibility", |row| row.record.visibility.clone()),
     ("parameters", |row| row.record.parameters.clone()),
@@ -197,6 +197,9 @@ const COLUMNS: [Column; 37] = [
     ("by thin geometry", |row| integer(row.record.thickness)),
     ("by what is out of view", |row| integer(row.record.out_of_view)),
     ("by what was missed", |row| integer(row.record.missed)),
+    ("flicker, mean", |row| error(row.record.flicker_mean)),
+    ("flicker, 99 %", |row| error(row.record.flicker_p99)),
+    ("NMSE₂ of frames", |row| error(row.record.flicker_nmse2)),
     ("proved lit", |row| counted(row.record.lit)),
     ("proved dark", |row| counted(row.record.umbra)),
     ("from shared lists", |row| counted(row.record.listed)),

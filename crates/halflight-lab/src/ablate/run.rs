@@ -14,13 +14,14 @@ use halflight_metrics::{Comparison, Image, compare, squared_error_picture, write
 use rayon::prelude::*;
 
 use super::experiment::Experiment;
+use super::flicker::FrameError;
 use super::loaded::Loaded;
 use super::plan::{self, Row, Setting};
 use super::progress::Progress;
 use super::provenance::Provenance;
 use super::record::{Finished, Measured, PaperError};
 use super::state::{Header, State};
-use super::{AblateError, error, timing};
+use super::{AblateError, error, flicker, timing};
 use crate::failure::{Failures, failures};
 use crate::picture;
 use crate::reference::{Reference, ReferenceConfig, reference};
@@ -97,6 +98,13 @@ pub fn run(
         };
         let truth = Truth::new(experiment, places, setting, &scene, &progress)?;
         truth.write_picture(&folder.join("reference.png"), &truth.reference.irradiance)?;
+        let frames = match &experiment.flicker {
+            Some(choice) => {
+                flicker::measure(experiment, choice, &places.references, setting, &scene, &left, &progress)?
+            }
+            None => vec![Vec::new(); left.len()],
+        };
+        let left: Vec<(&Row, Vec<FrameError>)> = left.into_iter().zip(frames).collect();
         let bench = Bench { experiment, provenance, setting, scene: &scene, truth: &truth, folder: &folder };
         bench.run(&left, &mut state, &progress)?;
         loaded = Some((setting.scene, scene));
@@ -184,14 +192,11 @@ impl Truth {
         progress: &Progress,
     ) -> Result<Self, AblateError> {
         let scene = loaded.lit(setting.light_scale);
-        let [width, height] = setting.size;
-        let choice = &experiment.scenes[setting.scene];
-        let samples = choice.reference_samples.unwrap_or(experiment.reference.samples);
-        let seed = experiment.reference.seed;
+        let config = experiment.reference_of(setting);
+        let ReferenceConfig { width, height, seed, .. } = config;
         let mut said = |done: u32, all: u32| {
             progress.now(format!("{}: reference, {done} of {all} samples a pixel", setting.label));
         };
-        let config = ReferenceConfig { width, height, samples, seed };
         let reference = reference(&scene, &loaded.bvh, &config, Some(&places.references), &mut said)?;
         let paper = match experiment.paper.as_ref().and_then(|paper| paper.reference_samples) {
             Some(count) => {
@@ -237,7 +242,8 @@ impl Truth {
 struct Running<'a> {
     row: &'a Row,
     pipeline: Pipeline,
-    frames: Vec<FrameStats>,
+    times: Vec<FrameStats>,
+    frames: &'a [FrameError],
 }
 
 /// Rows of one setting, side by side.
@@ -251,14 +257,19 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    fn run(&self, rows: &[&Row], state: &mut State, progress: &Progress) -> Result<(), AblateError> {
+    fn run(
+        &self,
+        rows: &[(&Row, Vec<FrameError>)],
+        state: &mut State,
+        progress: &Progress,
+    ) -> Result<(), AblateError> {
         let mut left = rows.iter();
         loop {
             let mut group: Vec<Running> = Vec::new();
             let mut bytes = 0;
-            for row in left.by_ref() {
+            for (row, frames) in left.by_ref() {
                 progress.now(format!("{}: warming {}", self.setting.label, row.label()));
-                let running = self.warm(row)?;
+                let running = self.warm(row, frames)?;
                 bytes +=
                     running.pipeline.image().stats.peak_bytes.saturating_sub(self.scene.bvh.bytes() as u64);
                 group.push(running);
@@ -279,7 +290,7 @@ impl Bench<'_> {
                         running.row.label()
                     ));
                     let stats = render(running.row, &mut running.pipeline)?;
-                    running.frames.push(stats);
+                    running.times.push(stats);
                 }
             }
             progress.now(format!("{}: measuring {} rows", self.setting.label, group.len()));
@@ -293,11 +304,11 @@ impl Bench<'_> {
     }
 
     /// Builds a pipeline and renders the frame that is not timed.
-    fn warm<'r>(&self, row: &'r Row) -> Result<Running<'r>, AblateError> {
+    fn warm<'r>(&self, row: &'r Row, frames: &'r [FrameError]) -> Result<Running<'r>, AblateError> {
         let builder = row.config.builder(Arc::clone(&self.truth.scene), Arc::clone(&self.scene.bvh));
         let mut pipeline = builder.build().map_err(|source| fault(row, source))?;
         render(row, &mut pipeline)?;
-        Ok(Running { row, pipeline, frames: Vec::new() })
+        Ok(Running { row, pipeline, times: Vec::new(), frames })
     }
 
     fn measure(&self, running: &Running) -> Result<Finished, AblateError> {
@@ -319,9 +330,10 @@ impl Bench<'_> {
             setting: self.setting,
             row,
             stats: &image.stats,
-            times: timing::medians(&running.frames),
+            times: timing::medians(&running.times),
             errors,
             failures: failures.as_ref(),
+            frames: running.frames,
             reference_noise: self.truth.reference.noise_nmse2,
             provenance: self.provenance,
         };
@@ -333,6 +345,7 @@ impl Bench<'_> {
             normalised_sse,
             paper,
             per_level: image.stats.fragments.per_level,
+            frames: running.frames.to_vec(),
             record: measured.record(),
         };
         self.write_pictures(running, &finished)?;

@@ -202,6 +202,7 @@ impl Growth {
 mod tests {
     use super::super::record::tests::finished;
     use super::*;
+    use crate::ablate::drawing::Drawing;
 
     #[test]
     fn a_power_law_gives_its_exponent() {

@@ -78,6 +78,7 @@ pub fn chart(title: String, rows: &[&Finished], constant: &str) -> Option<Chart>
 mod tests {
     use super::super::record::tests::finished;
     use super::*;
+    use crate::ablate::drawing::Drawing;
 
     #[test]
     fn a_constant_is_found_among_others() {

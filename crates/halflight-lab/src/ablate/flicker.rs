@@ -1,0 +1,201 @@
+//! Flicker: each row along the scene's animation, frame by frame, against references that move alike.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::Vec3;
+use halflight_core::gbuffer::GBuffer;
+use halflight_core::scene::Scene;
+use halflight_cpu::gbuffer;
+use halflight_metrics::{Flicker, Image, flicker, nmse2};
+use serde::{Deserialize, Serialize};
+
+use super::AblateError;
+use super::bars::{Bar, Bars};
+use super::chart::Marks;
+use super::experiment::{Experiment, FlickerChoice};
+use super::loaded::Loaded;
+use super::plan::{Row, Setting};
+use super::progress::Progress;
+use super::record::Finished;
+use super::table::Table;
+use crate::reference::{Reference, ReferenceConfig, reference};
+
+/// A row in one frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrameError {
+    /// Time in the animation, seconds.
+    pub time_s: f64,
+    /// Against this frame's reference.
+    pub nmse2: f64,
+    /// From the frame before to this one; none for the first.
+    pub flicker: Option<Flicker>,
+    /// The mean that the noise of the references alone may come to.
+    pub noise: f64,
+}
+
+/// Means over all frames of a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Means {
+    pub(super) mean: f64,
+    pub(super) p99: f64,
+    pub(super) nmse2: f64,
+    pub(super) noise: f64,
+}
+
+impl Means {
+    /// None where no two frames follow each other.
+    pub(super) fn of(frames: &[FrameError]) -> Option<Self> {
+        let mean = |values: &mut dyn Iterator<Item = f64>| {
+            let (sum, count) = values.fold((0.0, 0u32), |(sum, count), value| (sum + value, count + 1));
+            (count > 0).then(|| sum / f64::from(count))
+        };
+        Some(Self {
+            mean: mean(&mut frames.iter().filter_map(|frame| Some(frame.flicker?.mean)))?,
+            p99: mean(&mut frames.iter().filter_map(|frame| Some(frame.flicker?.p99)))?,
+            nmse2: mean(&mut frames.iter().map(|frame| frame.nmse2))?,
+            noise: mean(&mut frames.iter().map(|frame| frame.noise))?,
+        })
+    }
+}
+
+/// What a frame leaves behind for the next.
+struct Before {
+    reference: Reference,
+    receivers: Vec<bool>,
+    /// One image a row.
+    images: Vec<Vec<Vec3>>,
+}
+
+/// Takes rows along the animation of their scene and returns the frames of each. A row builds everything anew in each
+/// frame and has the same light samples in all of them.
+pub(super) fn measure(
+    experiment: &Experiment,
+    choice: &FlickerChoice,
+    references: &Path,
+    setting: &Setting,
+    loaded: &Loaded,
+    rows: &[&Row],
+    progress: &Progress,
+) -> Result<Vec<Vec<FrameError>>, AblateError> {
+    let Some(animation) = &loaded.animation else {
+        let message = format!("[flicker] needs a scene that moves, and {} has no [animation]", loaded.name);
+        return Err(AblateError::Experiment { file: experiment.name.clone(), message });
+    };
+    let still = loaded.lit(setting.light_scale);
+    let config = experiment.reference_of(setting);
+    let mut frames: Vec<Vec<FrameError>> = vec![Vec::new(); rows.len()];
+    let mut before: Option<Before> = None;
+    for number in 0..choice.frames {
+        let time_s = f64::from(number) * choice.step;
+        let scene = Arc::new(animation.at(&still, time_s as f32));
+        let bvh = if animation.moves_triangles() {
+            let moved = loaded.bvh.follow(&scene.mesh);
+            Arc::new(moved.map_err(|source| AblateError::Bvh { scene: loaded.name.clone(), source })?)
+        } else {
+            Arc::clone(&loaded.bvh)
+        };
+        let of = choice.frames;
+        let mut said = |done: u32, all: u32| {
+            progress.now(format!(
+                "{}: frame {number} of {of}, reference, {done} of {all} samples a pixel",
+                setting.label
+            ));
+        };
+        let truth = reference(&scene, &bvh, &config, Some(references), &mut said)?;
+        let receivers = receivers(&scene, &bvh, &config);
+        let noise = noise(&truth, &receivers);
+        let mut images = Vec::with_capacity(rows.len());
+        for (index, row) in rows.iter().enumerate() {
+            progress.now(format!("{}: frame {number} of {of}, {}", setting.label, row.label()));
+            let fault = |source| AblateError::Pipeline { row: row.label(), source };
+            let mut pipeline =
+                row.config.builder(Arc::clone(&scene), Arc::clone(&bvh)).build().map_err(fault)?;
+            let image = pipeline.render().map_err(fault)?.irradiance.clone();
+            let unlike = |source| AblateError::Compare { row: row.label(), source };
+            let now = [view(&config, &image, &receivers)?, view(&config, &truth.irradiance, &receivers)?];
+            let flicker = match &before {
+                Some(old) => {
+                    let then = [&old.images[index], &old.reference.irradiance];
+                    let [then, reference] = then.map(|pixels| view(&config, pixels, &old.receivers));
+                    Some(flicker([then?, reference?], now).map_err(unlike)?)
+                }
+                None => None,
+            };
+            let nmse2 = nmse2(now[0], now[1]).map_err(unlike)?;
+            frames[index].push(FrameError { time_s, nmse2, flicker, noise });
+            images.push(image);
+        }
+        before = Some(Before { reference: truth, receivers, images });
+    }
+    Ok(frames)
+}
+
+fn receivers(scene: &Scene, bvh: &halflight_cpu::bvh::Bvh, config: &ReferenceConfig) -> Vec<bool> {
+    let mut seen = GBuffer::default();
+    gbuffer::trace(bvh, scene, config.width, config.height, &mut seen);
+    (0..seen.pixels()).map(|pixel| seen.is_receiver(pixel)).collect()
+}
+
+fn view<'a>(
+    config: &ReferenceConfig,
+    pixels: &'a [Vec3],
+    mask: &'a [bool],
+) -> Result<Image<'a>, AblateError> {
+    Ok(Image::new(config.width, config.height, pixels)?.with_mask(mask)?)
+}
+
+/// The mean flicker that independent noise of the reference's size comes to: for normal noise of deviation σ, the
+/// change from frame to frame is 2σ/√π in the mean. Where σ varies over the image it is less.
+fn noise(reference: &Reference, receivers: &[bool]) -> f64 {
+    let lit = reference.irradiance.iter().zip(receivers).filter(|(_, receives)| **receives);
+    let (sum, squares, count) = lit.fold((0.0, 0.0, 0.0), |(sum, squares, count), (value, _)| {
+        let value = value.as_dvec3();
+        (sum + value.element_sum() / 3.0, squares + value.length_squared() / 3.0, count + 1.0)
+    });
+    let sigma = (reference.noise_nmse2 * squares / count).sqrt();
+    if sum > 0.0 { 2.0 / std::f64::consts::PI.sqrt() * sigma / (sum / count) } else { 0.0 }
+}
+
+/// A line for each frame of each row.
+pub(super) fn table(rows: &[Finished]) -> Table {
+    let text = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.6e}"));
+    let lines = rows.iter().flat_map(|row| {
+        row.frames.iter().enumerate().map(move |(number, frame)| {
+            let flicker = frame.flicker;
+            [
+                row.record.scene.clone(),
+                row.label.clone(),
+                number.to_string(),
+                frame.time_s.to_string(),
+                text(Some(frame.nmse2)),
+                text(flicker.map(|flicker| flicker.mean)),
+                text(flicker.map(|flicker| flicker.p99)),
+                text(Some(frame.noise)),
+            ]
+        })
+    });
+    let columns =
+        ["scene", "row", "frame", "time_s", "nmse2", "flicker_mean", "flicker_p99", "reference_flicker"];
+    Table::new(columns, lines)
+}
+
+/// Bars for the rows of a setting, the steadiest first.
+pub(super) fn bars(title: String, rows: &[&Finished]) -> Bars {
+    let marks = Marks::of(rows);
+    let mut noise = 0.0;
+    let mut bars: Vec<Bar> = Vec::new();
+    for row in rows {
+        let Some(means) = Means::of(&row.frames) else { continue };
+        noise = means.noise.max(noise);
+        bars.push(Bar { name: row.label.clone(), values: [means.mean, means.p99], rgb: marks.mark(row).rgb });
+    }
+    bars.sort_by(|a, b| a.values[0].total_cmp(&b.values[0]));
+    Bars {
+        title,
+        quantities: ["mean".to_string(), "99th percentile".to_string()],
+        unit: "|Δ frame − Δ reference| over the reference's mean, luminance".to_string(),
+        note: format!("The reference's own noise makes at most {noise:.1e} of each mean."),
+        bars,
+    }
+}

@@ -1,0 +1,53 @@
+//! What changes from frame to frame and should not.
+
+use serde::{Deserialize, Serialize};
+
+use crate::color::luminance;
+use crate::pair::{CompareError, Pair};
+use crate::view::{Image, ShapeMismatch};
+
+/// `|Δ image − Δ reference|` between two frames, in luminance, over the pixels that take part in both frames, relative
+/// to the mean luminance of the later reference there. 0 where an image changes exactly as its reference does, however wrong it
+/// is otherwise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Flicker {
+    /// Mean over the pixels.
+    pub mean: f64,
+    /// 99th percentile over the pixels, by nearest rank.
+    pub p99: f64,
+}
+
+/// Measures the flicker between two frames, each an image with its reference.
+///
+/// Masks are as in [`compare`](crate::compare()), and may differ from frame to frame.
+///
+/// # Errors
+/// As [`compare`](crate::compare()) for each of the frames; frames of different sizes; masks that have no pixel in
+/// common, or one with a black reference.
+pub fn flicker(before: [Image<'_>; 2], after: [Image<'_>; 2]) -> Result<Flicker, CompareError> {
+    let sizes = [before[0], after[0]].map(|image| (image.width(), image.height()));
+    if sizes[0] != sizes[1] {
+        return Err(ShapeMismatch::Size { a: sizes[0], b: sizes[1] }.into());
+    }
+    let [before, after] = [Pair::new(before[0], before[1])?, Pair::new(after[0], after[1])?];
+    let mut changes = Vec::with_capacity(after.count);
+    let mut light = 0.0;
+    for index in after.indices().filter(|&index| before.takes_part(index)) {
+        let [(old, old_reference), (new, reference)] =
+            [&before, &after].map(|pair| pair.at(index)).map(|(a, b)| (luminance(a), luminance(b)));
+        changes.push(((new - old) - (reference - old_reference)).abs());
+        light += reference;
+    }
+    if changes.is_empty() {
+        return Err(CompareError::NoPixels);
+    }
+    if light <= 0.0 {
+        return Err(CompareError::ZeroReference);
+    }
+    let count = changes.len();
+    let brightness = light / count as f64;
+    let mean = changes.iter().sum::<f64>() / count as f64;
+    let rank = (count * 99).div_ceil(100) - 1;
+    let (_, p99, _) = changes.select_nth_unstable_by(rank, f64::total_cmp);
+    Ok(Flicker { mean: mean / brightness, p99: *p99 / brightness })
+}
