@@ -199,3 +199,69 @@ pub(super) fn bars(title: String, rows: &[&Finished]) -> Bars {
         bars,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::plan;
+    use super::*;
+
+    const EXPERIMENT: &str = r#"
+        title = "t"
+        description = "d"
+        size = [40, 30]
+        repetitions = 1
+        reference = { samples = 1024, seed = 7 }
+        flicker = { frames = 3, step = 0.25 }
+        scene = [{ name = "contact" }]
+        [[grid]]
+        refiners = [{ name = "full" }]
+        upsamplers = ["bilinear"]
+        shadings = ["ratio"]
+        samples = [4, 64]
+    "#;
+
+    /// Frames of the rows of [`EXPERIMENT`], in a box under a light with this animation.
+    fn frames(test: &str, animation: &str) -> Result<Vec<Vec<FrameError>>, AblateError> {
+        let folder = std::env::temp_dir().join(format!("halflight-flicker-{test}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let (_, contact) = halflight_scene::bundled().iter().find(|(name, _)| *name == "contact").unwrap();
+        let path = folder.join("box.toml");
+        std::fs::write(&path, format!("{contact}\n{animation}\n")).unwrap();
+        let mut experiment = Experiment::parse(EXPERIMENT, "tiny.toml").unwrap();
+        experiment.set_scenes(&[path.to_string_lossy().into_owned()]);
+        let (settings, rows) = plan::plan(&experiment).unwrap();
+        let rows: Vec<&Row> = rows.iter().collect();
+        let progress = Progress::hidden();
+        let loaded = Loaded::new(&experiment.scenes[0], &progress).unwrap();
+        let choice = experiment.flicker.unwrap();
+        let found = measure(&experiment, &choice, &folder, &settings[0], &loaded, &rows, &progress);
+        std::fs::remove_dir_all(&folder).unwrap();
+        found
+    }
+
+    #[test]
+    fn few_samples_flicker_more_than_many_and_more_than_the_reference() {
+        let found =
+            frames("moving", "[[animation.light]]\nkeys = [{ time = 1, translate = [0.6, 0, 0] }]").unwrap();
+        assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [3, 3]);
+        assert!(found[0][0].flicker.is_none() && found[0][2].time_s == 0.5);
+        let [few, many] = [&found[0], &found[1]].map(|frames| Means::of(frames).unwrap());
+        assert!(few.mean > 2.0 * many.mean && many.mean > many.noise, "{few:?} {many:?}");
+        assert!(few.p99 > few.mean && few.nmse2 > many.nmse2 && many.nmse2 > 0.0, "{few:?} {many:?}");
+    }
+
+    #[test]
+    fn what_does_not_move_does_not_flicker() {
+        let found = frames("still", "[[animation.light]]\nkeys = [{ time = 1 }]").unwrap();
+        let means = Means::of(&found[0]).unwrap();
+        assert_eq!((means.mean, means.p99), (0.0, 0.0));
+        assert!(means.nmse2 > 0.0);
+        assert_eq!(Means::of(&found[0][..1]), None);
+    }
+
+    #[test]
+    fn a_scene_without_an_animation_is_refused() {
+        let fault = frames("none", "").unwrap_err().to_string();
+        assert!(fault.contains("box has no [animation]"), "{fault}");
+    }
+}

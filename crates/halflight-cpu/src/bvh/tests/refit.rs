@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use glam::{Mat3, Vec3};
-use halflight_core::scene::{Mesh, Scene};
+use halflight_core::scene::{Camera, Mesh, Scene};
 
 use super::meshes::{Numbers, answer, ask, clusters, hall, lamp, mesh, patterns, scene, soup};
 use crate::bvh::{Bvh, BvhError, BvhRays};
+use crate::pipeline::{Pipeline, PipelineError};
 
 /// A hierarchy over `from`, fitted to `to`.
 fn refitted(from: &Mesh, to: &Mesh) -> Bvh {
@@ -110,4 +111,37 @@ fn other_meshes_are_refused_and_change_nothing() {
     assert_eq!(format!("{bvh:?}"), before);
     let mut empty = Bvh::build(&mesh(&[])).unwrap();
     empty.refit(&mesh(&[])).unwrap();
+}
+
+#[test]
+fn a_pipeline_goes_on_with_what_has_moved() {
+    let corners = hall();
+    let at = |shift: f32| {
+        let corners: Vec<[Vec3; 3]> =
+            corners.iter().map(|corners| corners.map(|p| p + Vec3::X * (shift * p.y))).collect();
+        let camera =
+            Camera { eye: Vec3::new(4.0, 2.0, 15.0), target: Vec3::new(4.0, 1.0, 0.0), ..Camera::default() };
+        Arc::new(Scene { camera, ..scene(&corners, lamp(Vec3::new(4.0 + 3.8 * shift, 3.8, 8.0), 1.5)) })
+    };
+    let pipeline = |scene: &Arc<Scene>| {
+        let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
+        let pipeline = Pipeline::builder(Arc::clone(scene), Arc::clone(&bvh)).size(48, 36).build().unwrap();
+        (pipeline, bvh)
+    };
+    let (still, moved) = (at(0.0), at(0.3));
+    let (mut going, bvh) = pipeline(&still);
+    let before = going.render().unwrap().irradiance.clone();
+    let follow = Arc::new(bvh.follow(&moved.mesh).unwrap());
+    // A scene that cannot be rendered is refused, and the pipeline is as it was.
+    let dark = Arc::new(Scene { lights: Vec::new(), ..Scene::clone(&moved) });
+    let backend = Box::new(BvhRays::new(Arc::clone(&follow)));
+    let fault = going.set_scene(dark, Arc::clone(&follow), backend.clone());
+    assert!(matches!(fault, Err(PipelineError::NoLight)));
+    going.set_frame_index(0);
+    assert_eq!(going.render().unwrap().irradiance, before);
+    going.set_scene(Arc::clone(&moved), follow, backend).unwrap();
+    going.set_frame_index(0);
+    let after = going.render().unwrap().irradiance.clone();
+    assert_eq!(after, pipeline(&moved).0.render().unwrap().irradiance);
+    assert_ne!(after, before);
 }
