@@ -9,7 +9,7 @@ use crate::irradiance::Shading;
 use crate::unshadowed::unshadowed_many;
 
 /// Pixels that are composed together.
-const BLOCK: usize = 256;
+const BLOCK: usize = 64;
 
 /// Unshadowed and visible light of every pixel, for the `visibility` layer.
 #[derive(Clone, Debug, Default)]
@@ -35,6 +35,11 @@ pub(crate) fn add_light(
     let needs_unshadowed = shading == Shading::Ratio || totals.is_some();
     let block = |first: usize, image: &mut [Vec3], totals: Option<(&mut [f32], &mut [f32])>| {
         let mut irradiance = [0.0f32; BLOCK];
+        // In the umbra it does not matter how much light there would be.
+        let dark = totals.is_none() && plane[first..first + image.len()].iter().all(|&value| value == 0.0);
+        if dark {
+            return;
+        }
         if needs_unshadowed {
             let (mut origins, mut normals) = ([Vec3::ZERO; BLOCK], [Vec3::ZERO; BLOCK]);
             for lane in 0..image.len() {

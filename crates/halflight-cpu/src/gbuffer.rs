@@ -6,11 +6,14 @@ use halflight_core::scene::{Camera, Mesh, Scene, Texture};
 use rayon::prelude::*;
 
 use crate::bvh::{Bundle, Bvh, Hits, STACK};
-use crate::occluder::barycentric;
+use crate::occluder::{barycentric, corner_weights};
 use crate::simd::{Isa, Kernel, Simd};
 
 /// Pixels along the side of a tile; a tile is a bundle.
 const TILE: usize = 8;
+
+/// Triangles that are remembered.
+const SURFACES: usize = 16;
 
 /// Fills `out` with the nearest surface at every pixel centre. `bvh` must be built over `scene`'s mesh.
 ///
@@ -88,7 +91,7 @@ struct Rows<'a> {
 
 impl Rows<'_> {
     #[inline(always)]
-    fn write(&mut self, pixel: usize, mesh: &Mesh, eye: Vec3, d: Vec3, t: f32, seen: &Surface) {
+    fn write(&mut self, pixel: usize, mesh: &Mesh, d: Vec3, t: f32, seen: &Surface) {
         if seen.triangle == NO_PRIMITIVE {
             self.depth[pixel] = f32::INFINITY;
             self.position[pixel] = Vec3::ZERO;
@@ -98,31 +101,53 @@ impl Rows<'_> {
             return;
         }
         let [a, b, c] = seen.corners;
-        let (second, third) = barycentric(seen.corners, eye, d);
+        let (second, third) = barycentric(&seen.weights, d);
         self.depth[pixel] = t;
         self.position[pixel] = a + ((b - a) * second + (c - a) * third);
         self.normal[pixel] = if seen.normal.dot(d) > 0.0 { -seen.normal } else { seen.normal };
-        self.albedo[pixel] = albedo(mesh, seen.triangle as usize, second, third);
+        self.albedo[pixel] = match seen.texture {
+            None => seen.albedo,
+            Some(texture) => seen.albedo * texel(mesh, texture, seen.triangle, second, third),
+        };
         self.primitive[pixel] = seen.triangle;
     }
 }
 
 /// What pixels that see the same triangle have in common.
+#[derive(Clone, Copy)]
 struct Surface {
     triangle: u32,
     corners: [Vec3; 3],
+    weights: [Vec3; 3],
     normal: Vec3,
+    albedo: Vec3,
+    texture: Option<u32>,
 }
 
 impl Surface {
-    const NONE: Self = Self { triangle: NO_PRIMITIVE, corners: [Vec3::ZERO; 3], normal: Vec3::ZERO };
+    const NONE: Self = Self {
+        triangle: NO_PRIMITIVE,
+        corners: [Vec3::ZERO; 3],
+        weights: [Vec3::ZERO; 3],
+        normal: Vec3::ZERO,
+        albedo: Vec3::ZERO,
+        texture: None,
+    };
 
-    fn new(mesh: &Mesh, triangle: u32) -> Self {
+    fn new(mesh: &Mesh, eye: Vec3, triangle: u32) -> Self {
         if triangle == NO_PRIMITIVE {
             return Self::NONE;
         }
         let corners = mesh.corners(triangle as usize);
-        Self { triangle, corners, normal: geometric_normal(corners) }
+        let material = &mesh.materials[mesh.material_ids[triangle as usize] as usize];
+        Self {
+            triangle,
+            corners,
+            weights: corner_weights(corners, eye),
+            normal: geometric_normal(corners),
+            albedo: material.albedo,
+            texture: material.texture,
+        }
     }
 }
 
@@ -131,11 +156,9 @@ fn geometric_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     (b - a).as_dvec3().cross((c - a).as_dvec3()).normalize_or_zero().as_vec3()
 }
 
-fn albedo(mesh: &Mesh, triangle: usize, second: f32, third: f32) -> Vec3 {
-    let material = &mesh.materials[mesh.material_ids[triangle] as usize];
-    let Some(texture) = material.texture else { return material.albedo };
-    let [a, b, c] = mesh.triangles[triangle].map(|vertex| mesh.uvs[vertex as usize]);
-    material.albedo * bilinear(&mesh.textures[texture as usize], a + ((b - a) * second + (c - a) * third))
+fn texel(mesh: &Mesh, texture: u32, triangle: u32, second: f32, third: f32) -> Vec3 {
+    let [a, b, c] = mesh.triangles[triangle as usize].map(|vertex| mesh.uvs[vertex as usize]);
+    bilinear(&mesh.textures[texture as usize], a + ((b - a) * second + (c - a) * third))
 }
 
 /// The texture at `uv`, repeated beyond the unit square; texel centres lie at half numbers.
@@ -177,7 +200,8 @@ impl Kernel for Band<'_> {
         let mut bundle = Bundle::new();
         let mut hits = Hits::new();
         let mut stack = [(0u32, 0.0f32); STACK];
-        let mut seen = Surface::NONE;
+        // Tiles see few triangles, by turns.
+        let mut surfaces = [Surface::NONE; SURFACES];
         for left in (0..width).step_by(TILE) {
             let columns = TILE.min(width - left);
             bundle.clear(self.view.eye);
@@ -191,10 +215,12 @@ impl Kernel for Band<'_> {
             for ray in 0..bundle.count() {
                 let pixel = ray / columns * width + left + ray % columns;
                 let d = bundle.direction(ray);
-                if hits.triangle[ray] != seen.triangle {
-                    seen = Surface::new(self.mesh, hits.triangle[ray]);
+                let triangle = hits.triangle[ray];
+                let seen = &mut surfaces[triangle as usize % SURFACES];
+                if triangle != seen.triangle {
+                    *seen = Surface::new(self.mesh, self.view.eye, triangle);
                 }
-                self.rows.write(pixel, self.mesh, self.view.eye, d, hits.t[ray], &seen);
+                self.rows.write(pixel, self.mesh, d, hits.t[ray], seen);
             }
         }
     }

@@ -3,8 +3,9 @@
 //! What rises above a point can shadow it at close range, or lies across a step from it; what lies below can do neither. So
 //! a visible fraction may be interpolated over convex surfaces, however curved, and not over concave creases and steps.
 
+use glam::Vec3;
 use halflight_core::frame::Frame;
-use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
+use halflight_core::gbuffer::GBuffer;
 use serde::{Deserialize, Serialize};
 
 /// How far one point may rise above the other's tangent plane, either way, before nothing is interpolated between them.
@@ -49,32 +50,159 @@ impl<'a> Rise<'a> {
         self.gbuffer.is_receiver(pixel)
     }
 
+    /// The triangle that pixels see, if all see the same one or nothing.
+    #[inline]
+    pub(crate) fn triangle(&self, pixels: &[usize]) -> Option<u32> {
+        let first = self.gbuffer.primitive[pixels[0]];
+        pixels.iter().all(|&pixel| self.gbuffer.primitive[pixel] == first).then_some(first)
+    }
+
     /// Whether something parts two pixels that lie `apart` columns or rows from each other.
     #[inline]
     pub(crate) fn parts(&self, a: usize, b: usize, apart: u32) -> bool {
-        let GBuffer { primitive, position, normal, depth, .. } = self.gbuffer;
+        let primitive = &self.gbuffer.primitive;
         // One triangle, or nothing on both sides.
-        if primitive[a] == primitive[b] {
-            return false;
-        }
-        if primitive[a] == NO_PRIMITIVE || primitive[b] == NO_PRIMITIVE {
-            return true;
+        primitive[a] != primitive[b] && self.compare(a, b, apart).is_none_or(Rises::parts)
+    }
+
+    /// Whether two pixels lie on one plane or nearly so, seen from both.
+    #[inline]
+    pub(crate) fn is_level(&self, a: usize, b: usize, apart: u32) -> bool {
+        let primitive = &self.gbuffer.primitive;
+        primitive[a] == primitive[b] || self.compare(a, b, apart).is_some_and(Rises::is_level)
+    }
+
+    /// How two pixels that see different triangles rise above each other; `None` where one of them sees nothing.
+    #[inline]
+    fn compare(&self, a: usize, b: usize, apart: u32) -> Option<Rises> {
+        let GBuffer { position, normal, depth, .. } = self.gbuffer;
+        if !self.gbuffer.is_receiver(a) || !self.gbuffer.is_receiver(b) {
+            return None;
         }
         let between = position[b] - position[a];
         let (above_a, above_b) = (normal[a].dot(between), -normal[b].dot(between));
         let step = self.footprint * depth[a].min(depth[b]) * apart as f32;
         // Far from the origin single precision is coarser than a pixel.
         let rounding = position[a].abs().max_element() * (8.0 * f32::EPSILON);
-        // What is no number is parted.
         let limit = (self.sine * between.length()).min(step) + rounding;
-        above_a > limit || above_b > limit || (above_a + above_b).is_nan()
+        Some(Rises { above_a, above_b, limit, step: step + rounding })
+    }
+
+    /// What lies between two neighbours, and whether it can shade one of them from a light close by.
+    ///
+    /// Across a step that is many pixels high nothing on one side says anything about the other. Elsewhere a surface
+    /// shades what lies next to it only when some of the light is behind its plane, or when it stands in the way itself.
+    #[inline]
+    pub(crate) fn between(&self, light: &LightCorners, a: usize, b: usize) -> Between {
+        let primitive = &self.gbuffer.primitive;
+        if primitive[a] == primitive[b] {
+            return Between::Nothing;
+        }
+        let Some(rises) = self.compare(a, b, 1) else { return Between::Step };
+        if !rises.parts() {
+            return Between::Nothing;
+        }
+        if rises.above_a.max(rises.above_b) > FAR_STEP_PX * rises.step {
+            return Between::Step;
+        }
+        match (self.side(light, a), self.side(light, b)) {
+            (Side::Unlit, Side::Unlit) => Between::Step,
+            (Side::Lit, Side::Lit) if !self.hides(light, a, b) && !self.hides(light, b, a) => Between::Step,
+            _ => Between::Shade,
+        }
+    }
+
+    /// Which side of a pixel's plane the light is on.
+    #[inline]
+    pub(crate) fn side(&self, light: &LightCorners, pixel: usize) -> Side {
+        let (position, normal) = (self.gbuffer.position[pixel], self.gbuffer.normal[pixel]);
+        let heights = light.0.map(|corner| normal.dot(corner - position));
+        if heights.iter().all(|&height| height > 0.0) {
+            Side::Lit
+        } else if heights.iter().all(|&height| height <= 0.0) {
+            Side::Unlit
+        } else {
+            Side::Both
+        }
+    }
+
+    /// Whether what is seen at `other` stands, as seen from `pixel`, higher than some of the light in that direction.
+    #[inline]
+    fn hides(&self, light: &LightCorners, pixel: usize, other: usize) -> bool {
+        let GBuffer { position, normal, .. } = self.gbuffer;
+        let (from, up) = (position[pixel], normal[pixel]);
+        let there = position[other] - from;
+        let height = up.dot(there);
+        if height <= 0.0 {
+            return false;
+        }
+        let along = there - up * height;
+        light.0.iter().any(|&corner| {
+            let to = corner - from;
+            let forth = along.dot(to);
+            // Slopes: height over |along|, and up·to over forth/|along|.
+            forth > 0.0 && height * forth >= up.dot(to) * along.length_squared()
+        })
+    }
+}
+
+/// Steps higher than this many pixels have nothing in common with what is behind them: what they shade lies elsewhere.
+const FAR_STEP_PX: f32 = 8.0;
+
+/// Corners of the light that shadows are asked of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LightCorners(pub(crate) [Vec3; 4]);
+
+/// What lies between two neighbouring pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Between {
+    /// One surface.
+    Nothing,
+    /// Two surfaces, or one and nothing, that do not shade each other there.
+    Step,
+    /// Two surfaces that may shade each other where they meet.
+    Shade,
+}
+
+/// Where the light is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    /// In front.
+    Lit,
+    /// Behind.
+    Unlit,
+    /// On both sides.
+    Both,
+}
+
+/// Heights above each other's tangent planes, metres.
+#[derive(Clone, Copy)]
+struct Rises {
+    above_a: f32,
+    above_b: f32,
+    /// What parts them.
+    limit: f32,
+    /// Footprint of a pixel.
+    step: f32,
+}
+
+impl Rises {
+    #[inline]
+    fn parts(self) -> bool {
+        // What is no number is parted.
+        self.above_a > self.limit || self.above_b > self.limit || (self.above_a + self.above_b).is_nan()
+    }
+
+    #[inline]
+    fn is_level(self) -> bool {
+        self.above_a.abs() <= self.limit && self.above_b.abs() <= self.limit
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
     use halflight_core::frame::Sharing;
+    use halflight_core::gbuffer::NO_PRIMITIVE;
     use halflight_core::pattern::{Pattern, PatternKind};
     use halflight_core::pyramid::Pyramid;
     use halflight_core::scene::Scene;

@@ -159,14 +159,22 @@ impl Planes {
     }
 }
 
-/// Weights of the second and third corner at the point where the ray from `origin` along `d` meets a triangle that it
-/// was found to meet.
-pub(crate) fn barycentric(corners: [Vec3; 3], origin: Vec3, d: Vec3) -> (f32, f32) {
+/// What weighs the corners of a triangle along rays from one origin: a ray's product with each, over their sum, is the
+/// weight of a corner where it meets the triangle.
+pub(crate) fn corner_weights(corners: [Vec3; 3], origin: Vec3) -> [Vec3; 3] {
     let [a, b, c] = corners.map(|corner| corner - origin);
-    let side = |p: Vec3, q: Vec3, edge: Vec3| d.dot((p + q).cross(edge));
-    let first = side(b, c, corners[2] - corners[1]);
-    let second = side(c, a, corners[0] - corners[2]);
-    let third = side(a, b, corners[1] - corners[0]);
+    let side = |p: Vec3, q: Vec3, edge: Vec3| (p + q).cross(edge);
+    [
+        side(b, c, corners[2] - corners[1]),
+        side(c, a, corners[0] - corners[2]),
+        side(a, b, corners[1] - corners[0]),
+    ]
+}
+
+/// Weights of the second and third corner at the point where the ray along `d` meets a triangle that it was found to meet.
+#[inline(always)]
+pub(crate) fn barycentric(weights: &[Vec3; 3], d: Vec3) -> (f32, f32) {
+    let [first, second, third] = [d.dot(weights[0]), d.dot(weights[1]), d.dot(weights[2])];
     let sum = first + second + third;
     let (second, third) = if sum == 0.0 { (1.0 / 3.0, 1.0 / 3.0) } else { (second / sum, third / sum) };
     // Rays within rounding of an edge count as hits.

@@ -19,7 +19,7 @@ use halflight_core::mask::Query;
 use halflight_core::pattern::{Pattern, PatternKind};
 
 pub(crate) use block::{Block, Triangle};
-pub(crate) use facet::{Facets, Planes, barycentric};
+pub(crate) use facet::{Facets, Planes, barycentric, corner_weights};
 pub(crate) use over::OverLight;
 pub(crate) use points::Points;
 pub(crate) use rows::Rows;

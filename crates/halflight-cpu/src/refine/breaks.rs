@@ -1,24 +1,28 @@
-//! Where nothing may be interpolated: silhouettes, steps and concave creases between neighbouring pixels.
+//! Where surfaces end: silhouettes, steps and concave creases between neighbouring pixels.
 
 use halflight_core::frame::Frame;
 use rayon::prelude::*;
 
-use crate::rise::{Rise, RiseLimits};
+use crate::rise::{Between, LightCorners, Rise, RiseLimits};
 
-/// The pixel is parted from its right neighbour.
+/// Something lies between the pixel and its right neighbour.
 const RIGHT: u8 = 1;
-/// The pixel is parted from the one below.
+/// Something lies between the pixel and the one below.
 const BELOW: u8 = 2;
+/// Pixels of a row that are looked at together.
+const RUN: usize = 16;
+/// How far these are shifted where the two may shade each other.
+const SHADE: u32 = 2;
 
-/// One level: whether cells of 2^level pixels hold a pixel that is parted from its right or lower neighbour, which may be
-/// the first pixel of the next cell.
+/// One level: what cells of 2^level pixels hold between their pixels and the right and lower neighbours of these, which may
+/// belong to the next cells.
 #[derive(Clone, Debug, Default)]
 struct Level {
     width: u32,
     flags: Vec<u8>,
 }
 
-/// Breaks of all pixels and cells.
+/// Breaks of all pixels and cells, as one light has them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Breaks {
     width: u32,
@@ -28,23 +32,43 @@ pub(super) struct Breaks {
 
 impl Breaks {
     /// Looks for breaks between all neighbours, and gathers them up to level `coarsest`.
-    pub(super) fn find(&mut self, frame: &Frame, limits: &RiseLimits, coarsest: u8) {
+    pub(super) fn find(&mut self, frame: &Frame, light: u32, limits: &RiseLimits, coarsest: u8) {
         let gbuffer = frame.gbuffer;
         (self.width, self.height) = (gbuffer.width, gbuffer.height);
         self.levels.resize_with(usize::from(coarsest) + 1, Level::default);
-        let rise = Rise::new(frame, limits);
+        let (rise, light) = (Rise::new(frame, limits), LightCorners(frame.light(light).corners()));
         let (width, row) = (gbuffer.width, gbuffer.width.max(1) as usize);
+        let flag = |between: Between, bit: u8| match between {
+            Between::Nothing => 0,
+            Between::Step => bit,
+            Between::Shade => bit | bit << SHADE,
+        };
         let pixels = &mut self.levels[0];
         pixels.width = width;
         pixels.flags.resize(gbuffer.pixels(), 0);
         pixels.flags.par_chunks_mut(row).enumerate().for_each(|(y, flags)| {
             let first = y * row;
             let last = y + 1 == gbuffer.height as usize;
-            for (x, flag) in flags.iter_mut().enumerate() {
-                let pixel = first + x;
-                let right = x + 1 < row && rise.parts(pixel, pixel + 1, 1);
-                let below = !last && rise.parts(pixel, pixel + row, 1);
-                *flag = if right { RIGHT } else { 0 } | if below { BELOW } else { 0 };
+            let primitive = &gbuffer.primitive[first..first + row];
+            let under = if last { primitive } else { &gbuffer.primitive[first + row..first + 2 * row] };
+            for (start, flags) in (0..row).step_by(RUN).zip(flags.chunks_mut(RUN)) {
+                flags.fill(0);
+                // Most runs lie on one triangle.
+                let next = &primitive[start..(start + flags.len() + 1).min(row)];
+                let under = &under[start..start + flags.len()];
+                let odd = |all: u32, &one: &u32| all | (one ^ next[0]);
+                if next.iter().fold(0, odd) | under.iter().fold(0, odd) == 0 {
+                    continue;
+                }
+                for (x, flags) in (start..).zip(flags) {
+                    let pixel = first + x;
+                    if x + 1 < row {
+                        *flags |= flag(rise.between(&light, pixel, pixel + 1), RIGHT);
+                    }
+                    if !last {
+                        *flags |= flag(rise.between(&light, pixel, pixel + row), BELOW);
+                    }
+                }
             }
         });
         for level in 1..=usize::from(coarsest) {
@@ -53,21 +77,25 @@ impl Breaks {
         }
     }
 
-    /// Whether cell (x, y) cannot be interpolated over: whether any of its pixels, with those of its corners that belong to
-    /// the cells right of and below it, is parted from the others; a pixel never is. Without a break they all see geometry or none does.
-    pub(super) fn inside(&self, level: u8, x: u32, y: u32) -> bool {
+    /// What lies between the pixels of cell (x, y), with those of its corners that belong to the cells right of and below
+    /// it; nothing inside a pixel.
+    pub(super) fn inside(&self, level: u8, x: u32, y: u32) -> Between {
         if level == 0 {
-            return false;
+            return Between::Nothing;
         }
         let cells = &self.levels[usize::from(level)];
-        if cells.flags[(y * cells.width + x) as usize] != 0 {
-            return true;
-        }
+        let mut flags = cells.flags[(y * cells.width + x) as usize];
         // The last corner neighbours none of the cell's own pixels, but the one left of it does.
         let (right, below) = ((x + 1) << level, (y + 1) << level);
-        right < self.width
-            && below < self.height
-            && self.levels[0].flags[(below * self.width + right - 1) as usize] & RIGHT != 0
+        if right < self.width && below < self.height {
+            let corner = self.levels[0].flags[(below * self.width + right - 1) as usize];
+            flags |= corner & (RIGHT | RIGHT << SHADE);
+        }
+        match (flags, flags >> SHADE) {
+            (0, _) => Between::Nothing,
+            (_, 0) => Between::Step,
+            _ => Between::Shade,
+        }
     }
 
     /// Bytes held.

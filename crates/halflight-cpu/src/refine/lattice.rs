@@ -10,11 +10,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::breaks::Breaks;
+use super::pixel_set::PixelSet;
 use super::place::{cell_rect, faces_away};
-use super::{Pending, pixel_sample, trace_pixels};
+use super::{pixel_sample, trace_pixels};
 use crate::corners::Corners;
 use crate::irradiance;
-use crate::rise::{Rise, RiseLimits};
+use crate::rise::{Between, Rise, RiseLimits};
 
 /// Constants of [`Lattice`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -40,19 +41,49 @@ impl Default for LatticeConfig {
 /// No mask has been asked for here.
 const NONE: u32 = u32::MAX;
 
+/// Coarsest level at which steps are interpolated along: cells of 4 × 4 pixels. Thin things have no corner in larger ones.
+const STEP_LEVEL: u8 = 2;
+
+/// A cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Square {
+    level: u8,
+    x: u32,
+    y: u32,
+}
+
+impl Square {
+    fn corners(self, gbuffer: &GBuffer) -> Corners {
+        Corners::new(gbuffer.width, gbuffer.height, self.level, self.x, self.y)
+    }
+}
+
+/// What is done with a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Verdict {
+    /// Nothing is seen in it.
+    Drop,
+    Split,
+    /// Its corners' masks will tell, or it is a pixel.
+    Keep,
+}
+
 /// Quadtree cells with full masks at pixel-centred corners, each traced once and shared by all cells and levels.
 ///
 /// The visible fraction `F` is smooth over most of a penumbra and does not know normals. A cell is kept, to be interpolated
 /// over, when its corners' `F` differ by no more than [`LatticeConfig::error`], or when the parent's corners had foretold
-/// them that well. It is split where its corners turn from the lit to the unlit side of the light, and at steps,
-/// silhouettes and concave creases, where contact shadows live (see [`RiseLimits`]). When all is decided, corners of finer
+/// them that well. It is split where its corners turn from the lit to the unlit side of the light, and at concave creases
+/// and low steps where one side may shade the other, since contact shadows live there (see [`RiseLimits`]). Along other
+/// steps, silhouettes and creases cells of up to 4 × 4 pixels are kept where each of their pixels has a corner on its own
+/// surface. When all is decided, corners of finer
 /// cells on or beside the edges of a kept cell are compared with what it would have there, and a cell that is off by more
 /// than the error is split after all. So no crack between levels is wider than the error, and a thin shadow
 /// that one cell has found is followed through its neighbours. One that passes between all corners is missed.
 ///
 /// A cell's samples are its corners: top left, top right, bottom left, bottom right, those that coincide at the image's
-/// border once. A pixel on its own has its own sample. All samples have level 0: they are single pixels.
-#[derive(Clone, Debug, Default)]
+/// border once and those that see nothing never. A pixel on its own has its own sample. All samples have level 0: they are
+/// single pixels.
+#[derive(Debug, Default)]
 pub struct Lattice {
     config: LatticeConfig,
     breaks: Breaks,
@@ -61,16 +92,22 @@ pub struct Lattice {
     /// Visible fraction of every sample; NaN where the light lies below its horizon.
     fractions: Vec<f32>,
     /// Cells to look at, by level.
-    pending: Vec<Vec<Pending>>,
-    /// Unbroken cells of the level in work, and the outcome of a test on these or on `kept`.
-    judged: Vec<Pending>,
-    passed: Vec<bool>,
+    pending: Vec<Vec<Square>>,
+    /// Verdicts on these, or on `kept`.
+    verdicts: Vec<Verdict>,
     /// Pixels whose masks the level in work asks for.
+    wanted: PixelSet,
     fresh: Vec<u32>,
-    /// Cells above one pixel that have been kept, with their levels.
-    kept: Vec<(u8, Pending)>,
-    /// Cells of the coarsest level that have got new corners inside, along or beside their edges.
-    touched: Vec<bool>,
+    /// Cells above one pixel that have been kept; none where they were split later.
+    kept: Vec<Option<Square>>,
+    /// For every 2 × 2 pixels the place among these of the cell that they lie in, or [`NONE`].
+    owners: Vec<u32>,
+    /// Pixels that have got a mask since cells were last compared with their neighbours, and for cells of which level.
+    recent: Vec<(u32, u8)>,
+    /// Places of kept cells with such pixels on or beside their edges.
+    suspects: Vec<u32>,
+    suspected: Vec<bool>,
+    mending: bool,
 }
 
 impl Lattice {
@@ -87,105 +124,109 @@ impl Lattice {
     /// Looks at all pending cells of a level: traces the corners that are new and keeps or splits.
     fn descend(
         &mut self,
-        frame: &Frame,
-        light: u32,
         level: u8,
+        view: &View,
         visibility: &mut dyn Visibility,
         fragments: &mut Fragments,
     ) {
         let mut cells = std::mem::take(&mut self.pending[usize::from(level)]);
-        self.collect(frame, level, &cells, fragments);
-        // Handed back for its memory.
-        cells.clear();
-        self.pending[usize::from(level)] = cells;
-        self.trace(frame, light, visibility, fragments);
-
-        let mut passed = std::mem::take(&mut self.passed);
-        let holds = |&cell: &Pending| level == 0 || self.holds(frame, light, level, cell);
-        self.judged.par_iter().with_min_len(256).map(holds).collect_into_vec(&mut passed);
-        for (index, &holds) in passed.iter().enumerate() {
-            let cell = self.judged[index];
-            if !holds {
-                self.split(level, cell);
-            } else if level > 0 {
-                self.kept.push((level, cell));
-            } else {
-                let sample = self.corners[frame.gbuffer.index(cell.x, cell.y)];
-                fragments.push_cell(0, cell.x, cell.y, &[sample]);
-            }
-        }
-        self.passed = passed;
-    }
-
-    /// Splits broken cells and drops empty ones; notes the others, and their corners that no cell has had before.
-    fn collect(&mut self, frame: &Frame, level: u8, cells: &[Pending], fragments: &mut Fragments) {
-        let gbuffer = frame.gbuffer;
-        self.judged.clear();
-        self.fresh.clear();
         if cells.is_empty() {
             return;
         }
-        let purpose = if level == 0 { Purpose::Final } else { Purpose::Refine };
-        let batch = fragments.open_batch(frame.pattern, purpose);
-        for &cell in cells {
-            if cell.x << level >= gbuffer.width || cell.y << level >= gbuffer.height {
-                continue;
-            }
-            if self.breaks.inside(level, cell.x, cell.y) {
-                self.split(level, cell);
-                continue;
-            }
-            let pixels = corners_of(gbuffer, level, cell).pixels();
-            // Nothing parts the cell's pixels, so what one of them sees, geometry or nothing, all see.
-            if !gbuffer.is_receiver(pixels[0]) {
-                continue;
-            }
-            for pixel in pixels {
-                if self.corners[pixel] == NONE {
-                    let sample = pixel_sample(pixel, gbuffer.width, 0, batch, self.fresh.len());
-                    self.corners[pixel] = fragments.push_sample(sample);
-                    self.fresh.push(pixel as u32);
+        let mut verdicts = std::mem::take(&mut self.verdicts);
+        cells.par_iter().with_min_len(256).map(|&cell| self.look(view, cell)).collect_into_vec(&mut verdicts);
+        self.trace(view, level, visibility, fragments);
+        if level > 0 {
+            let judged = cells.par_iter().zip(&mut verdicts).with_min_len(256);
+            judged.filter(|(_, verdict)| **verdict == Verdict::Keep).for_each(|(&cell, verdict)| {
+                if !self.holds(view, cell) {
+                    *verdict = Verdict::Split;
+                }
+            });
+        }
+        for (&cell, verdict) in cells.iter().zip(&verdicts) {
+            match verdict {
+                Verdict::Drop => {}
+                Verdict::Split => self.split(cell),
+                Verdict::Keep if level > 0 => self.keep(view.gbuffer, cell),
+                Verdict::Keep => {
+                    let sample = self.corners[view.gbuffer.index(cell.x, cell.y)];
+                    fragments.push_cell(0, cell.x, cell.y, &[sample]);
                 }
             }
-            self.judged.push(cell);
         }
+        self.verdicts = verdicts;
+        // Handed back for its memory.
+        cells.clear();
+        self.pending[usize::from(level)] = cells;
     }
 
-    /// Asks for the masks of the new corners and computes how much of the light they see.
-    fn trace(
-        &mut self,
-        frame: &Frame,
-        light: u32,
-        visibility: &mut dyn Visibility,
-        fragments: &mut Fragments,
-    ) {
-        let Some(&pixel) = self.fresh.first() else { return };
-        let sample = fragments.samples()[self.corners[pixel as usize] as usize];
-        trace_pixels(frame, light, &self.fresh, visibility, fragments.batch_mut(sample.batch));
-        let (batch, known) = (fragments.batch(sample.batch), self.fractions.len());
+    /// What can be said about a cell without its corners' masks; asks for these where that is not enough.
+    fn look(&self, view: &View, cell: Square) -> Verdict {
+        let gbuffer = view.gbuffer;
+        if cell.x << cell.level >= gbuffer.width || cell.y << cell.level >= gbuffer.height {
+            return Verdict::Drop;
+        }
+        let corners = cell.corners(gbuffer);
+        match self.breaks.inside(cell.level, cell.x, cell.y) {
+            // Nothing parts the cell's pixels, so what one of them sees, geometry or nothing, all see.
+            Between::Nothing if !gbuffer.is_receiver(corners.pixels()[0]) => return Verdict::Drop,
+            Between::Nothing => {}
+            Between::Step if cell.level <= STEP_LEVEL && view.serves(&corners, cell) => {}
+            Between::Step | Between::Shade => return Verdict::Split,
+        }
+        for ((x, y), pixel) in corners.places().into_iter().zip(corners.pixels()) {
+            if self.corners[pixel] == NONE && gbuffer.is_receiver(pixel) {
+                self.wanted.insert(x, y);
+            }
+        }
+        Verdict::Keep
+    }
+
+    /// Asks for the masks that are wanted and computes how much of the light they see.
+    fn trace(&mut self, view: &View, level: u8, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
+        self.wanted.drain(&mut self.fresh);
+        if self.fresh.is_empty() {
+            return;
+        }
+        let View { frame, gbuffer, light, .. } = *view;
+        let purpose = if level == 0 { Purpose::Final } else { Purpose::Refine };
+        let batch = fragments.open_batch(frame.pattern, purpose);
+        for (query, &pixel) in self.fresh.iter().enumerate() {
+            let sample = pixel_sample(pixel as usize, gbuffer.width, 0, batch, query);
+            self.corners[pixel as usize] = fragments.push_sample(sample);
+        }
+        trace_pixels(frame, light, &self.fresh, visibility, fragments.batch_mut(batch));
+        let (batch, known) = (fragments.batch(batch), self.fractions.len());
         self.fractions.resize(known + self.fresh.len(), f32::NAN);
         let light = frame.light(light);
         self.fractions[known..].par_iter_mut().enumerate().with_min_len(256).for_each(|(query, fraction)| {
             *fraction = irradiance::fraction(light, batch, query).unwrap_or(f32::NAN);
         });
-        // A corner lies on or just outside the edges of up to four cells.
-        let (width, height, shift) = (frame.gbuffer.width, frame.gbuffer.height, self.top());
-        let columns = width.div_ceil(1 << shift);
-        for &pixel in &self.fresh {
-            let (x, y) = (pixel % width, pixel / width);
-            let (x0, y0) = (x.saturating_sub(1), y.saturating_sub(1));
-            let (x1, y1) = ((x + 1).min(width - 1), (y + 1).min(height - 1));
-            for (x, y) in [(x0, y0), (x1, y0), (x0, y1), (x1, y1)] {
-                self.touched[((y >> shift) * columns + (x >> shift)) as usize] = true;
-            }
-        }
+        self.recent.extend(self.fresh.iter().map(|&pixel| (pixel, level)));
     }
 
-    fn split(&mut self, level: u8, cell: Pending) {
-        self.pending[usize::from(level) - 1].extend((0..4).map(|child| Pending {
+    fn keep(&mut self, gbuffer: &GBuffer, cell: Square) {
+        let rect = cell_rect(gbuffer, cell.level, cell.x, cell.y);
+        let columns = gbuffer.width.div_ceil(2);
+        for y in rect.y0 / 2..rect.y1.div_ceil(2) {
+            let row = (y * columns + rect.x0 / 2) as usize..(y * columns + rect.x1.div_ceil(2)) as usize;
+            self.owners[row].fill(self.kept.len() as u32);
+        }
+        // Until cells are first compared all masks are recent; later ones have neighbours that are not.
+        self.suspected.push(self.mending);
+        if self.mending {
+            self.suspects.push(self.kept.len() as u32);
+        }
+        self.kept.push(Some(cell));
+    }
+
+    fn split(&mut self, cell: Square) {
+        let level = cell.level - 1;
+        self.pending[usize::from(level)].extend((0..4).map(|child| Square {
+            level,
             x: 2 * cell.x + (child & 1),
             y: 2 * cell.y + (child >> 1),
-            forced: false,
         }));
     }
 
@@ -197,17 +238,20 @@ impl Lattice {
         }
     }
 
-    /// Whether an unbroken cell can be interpolated over.
-    fn holds(&self, frame: &Frame, light: u32, level: u8, cell: Pending) -> bool {
-        let gbuffer = frame.gbuffer;
-        let corners = corners_of(gbuffer, level, cell);
+    /// Whether a cell whose corners are known can be interpolated over.
+    fn holds(&self, view: &View, cell: Square) -> bool {
+        let corners = cell.corners(view.gbuffer);
         let found = corners.pixels().map(|pixel| self.fraction(pixel));
+        if self.breaks.inside(cell.level, cell.x, cell.y) == Between::Step {
+            return self.holds_step(view, &corners, &found);
+        }
         match found.iter().filter(|fraction| fraction.is_nan()).count() {
             0 => {}
             // On the unlit side, if no bulge turns back to the light.
             4 => {
-                let rect = cell_rect(gbuffer, level, cell.x, cell.y);
-                let unlit = |x, y| faces_away(gbuffer, frame.light(light), gbuffer.index(x, y));
+                let rect = cell_rect(view.gbuffer, cell.level, cell.x, cell.y);
+                let light = view.frame.light(view.light);
+                let unlit = |x, y| faces_away(view.gbuffer, light, view.gbuffer.index(x, y));
                 return (rect.y0..rect.y1).all(|y| (rect.x0..rect.x1).all(|x| unlit(x, y)));
             }
             _ => return false,
@@ -217,60 +261,127 @@ impl Lattice {
         if high - low <= self.config.error {
             return true;
         }
-        let parent = Pending { x: cell.x / 2, y: cell.y / 2, ..cell };
-        if level >= self.top() || self.breaks.inside(level + 1, parent.x, parent.y) {
+        let parent = Square { level: cell.level + 1, x: cell.x / 2, y: cell.y / 2 };
+        if cell.level >= self.top()
+            || self.breaks.inside(parent.level, parent.x, parent.y) != Between::Nothing
+        {
             return false;
         }
-        let parent = corners_of(gbuffer, level + 1, parent);
+        let parent = parent.corners(view.gbuffer);
         let known = parent.pixels().map(|pixel| self.fraction(pixel));
-        let rise = Rise::new(frame, &self.config.rise);
         corners.places().into_iter().zip(found).all(|((x, y), fraction)| {
             // Without a fraction at the parent's corners there is no prediction, and the comparison fails.
-            (parent.interpolate(&rise, &known, x, y) - fraction).abs() <= self.config.error
+            (parent.interpolate(&view.rise, &known, x, y) - fraction).abs() <= self.config.error
+        })
+    }
+
+    /// Whether a cell across a step can be interpolated over: corners on one surface agree, and one that is alone on its own
+    /// sees all of the light or nothing.
+    fn holds_step(&self, view: &View, corners: &Corners, found: &[f32; 4]) -> bool {
+        let (pixels, places) = (corners.pixels(), corners.places());
+        (0..4).filter(|&one| view.gbuffer.is_receiver(pixels[one])).all(|one| {
+            let mut alone = true;
+            for other in (0..4).filter(|&other| pixels[other] != pixels[one]) {
+                let ((x0, y0), (x1, y1)) = (places[one], places[other]);
+                if view.rise.parts(pixels[one], pixels[other], x0.abs_diff(x1).max(y0.abs_diff(y1))) {
+                    continue;
+                }
+                alone = false;
+                let agree = (found[one] - found[other]).abs() <= self.config.error
+                    || found[one].is_nan() && found[other].is_nan();
+                if !agree {
+                    return false;
+                }
+            }
+            !alone || found[one] == 0.0 || found[one] == 1.0 || found[one].is_nan()
         })
     }
 
     /// Whether no corner of finer cells where they meet a kept one contradicts what it would have there.
-    fn meets_neighbours(&self, frame: &Frame, level: u8, cell: Pending) -> bool {
-        let corners = corners_of(frame.gbuffer, level, cell);
+    fn meets_neighbours(&self, view: &View, cell: Square) -> bool {
+        let corners = cell.corners(view.gbuffer);
         let known = corners.pixels().map(|pixel| self.fraction(pixel));
-        let rise = Rise::new(frame, &self.config.rise);
         corners.edges().all(|(x, y)| {
-            let found = self.fraction(frame.gbuffer.index(x, y));
+            let found = self.fraction(view.gbuffer.index(x, y));
             if found.is_nan() {
                 return true;
             }
-            let expected = corners.interpolate(&rise, &known, x, y);
+            let expected = corners.interpolate(&view.rise, &known, x, y);
             // Without corners on the pixel's surface there is nothing to compare with.
             expected.is_nan() || (found - expected).abs() <= self.config.error
         })
     }
 
     /// Splits kept cells that their neighbours contradict; whether there were any.
-    fn mend(&mut self, frame: &Frame) -> bool {
-        let (top, columns) = (self.top(), frame.gbuffer.width.div_ceil(1 << self.top()));
-        let mut passed = std::mem::take(&mut self.passed);
-        let meets = |&(level, cell): &(u8, Pending)| {
-            let up = top - level;
-            !self.touched[((cell.y >> up) * columns + (cell.x >> up)) as usize]
-                || self.meets_neighbours(frame, level, cell)
+    fn mend(&mut self, view: &View) -> bool {
+        self.suspect(view.gbuffer);
+        let (mut verdicts, mut suspects) =
+            (std::mem::take(&mut self.verdicts), std::mem::take(&mut self.suspects));
+        let meets = |&place: &u32| match self.kept[place as usize] {
+            Some(cell) if !self.meets_neighbours(view, cell) => Verdict::Split,
+            _ => Verdict::Keep,
         };
-        self.kept.par_iter().with_min_len(256).map(meets).collect_into_vec(&mut passed);
-        self.touched.fill(false);
-        let mut left = 0;
-        for (index, &meets) in passed.iter().enumerate() {
-            let (level, cell) = self.kept[index];
-            if meets {
-                self.kept[left] = (level, cell);
-                left += 1;
-            } else {
-                self.split(level, cell);
+        suspects.par_iter().with_min_len(64).map(meets).collect_into_vec(&mut verdicts);
+        let mut any = false;
+        for (&place, &verdict) in suspects.iter().zip(&verdicts) {
+            self.suspected[place as usize] = false;
+            if verdict == Verdict::Split
+                && let Some(cell) = self.kept[place as usize].take()
+            {
+                self.split(cell);
+                any = true;
             }
         }
-        self.kept.truncate(left);
-        let any = left < passed.len();
-        self.passed = passed;
+        suspects.clear();
+        (self.verdicts, self.suspects) = (verdicts, suspects);
         any
+    }
+
+    /// Finds the kept cells that recent pixels of finer ones lie on or just outside the edges of.
+    fn suspect(&mut self, gbuffer: &GBuffer) {
+        let (width, height, columns) = (gbuffer.width, gbuffer.height, gbuffer.width.div_ceil(2));
+        for &(pixel, level) in &self.recent {
+            let (x, y) = (pixel % width, pixel / width);
+            let (x0, y0) = (x.saturating_sub(1) / 2, y.saturating_sub(1) / 2);
+            let (x1, y1) = ((x + 1).min(width - 1) / 2, (y + 1).min(height - 1) / 2);
+            for (x, y) in [(x0, y0), (x1, y0), (x0, y1), (x1, y1)] {
+                let place = self.owners[(y * columns + x) as usize];
+                if place == NONE || self.suspected[place as usize] {
+                    continue;
+                }
+                if self.kept[place as usize].is_some_and(|cell| cell.level > level) {
+                    self.suspected[place as usize] = true;
+                    self.suspects.push(place);
+                }
+            }
+        }
+        self.recent.clear();
+        self.mending = true;
+    }
+}
+
+/// What all cells look at.
+struct View<'a> {
+    frame: &'a Frame<'a>,
+    gbuffer: &'a GBuffer,
+    light: u32,
+    rise: Rise<'a>,
+}
+
+impl View<'_> {
+    /// Whether every pixel of a cell that sees something has a corner on its surface.
+    fn serves(&self, corners: &Corners, cell: Square) -> bool {
+        let (gbuffer, pixels, places) = (self.gbuffer, corners.pixels(), corners.places());
+        let rect = cell_rect(gbuffer, cell.level, cell.x, cell.y);
+        (rect.y0..rect.y1).all(|y| {
+            (rect.x0..rect.x1).all(|x| {
+                let pixel = gbuffer.index(x, y);
+                !gbuffer.is_receiver(pixel)
+                    || places.into_iter().zip(pixels).any(|((cx, cy), corner)| {
+                        self.rise.is_level(pixel, corner, cx.abs_diff(x).max(cy.abs_diff(y)))
+                    })
+            })
+        })
     }
 }
 
@@ -284,35 +395,40 @@ impl Refiner for Lattice {
     ) {
         let gbuffer = frame.gbuffer;
         let top = self.top();
-        self.breaks.find(frame, &self.config.rise, top);
+        self.breaks.find(frame, light, &self.config.rise, top);
         self.corners.clear();
         self.corners.resize(gbuffer.pixels(), NONE);
+        self.wanted.reset(gbuffer.width, gbuffer.height);
         self.fractions.clear();
         self.kept.clear();
+        self.suspected.clear();
+        self.recent.clear();
+        self.mending = false;
+        self.owners.clear();
+        self.owners.resize(gbuffer.width.div_ceil(2) as usize * gbuffer.height.div_ceil(2) as usize, NONE);
         let (columns, rows) = (gbuffer.width.div_ceil(1 << top), gbuffer.height.div_ceil(1 << top));
-        self.touched.clear();
-        self.touched.resize(columns as usize * rows as usize, false);
         self.pending.resize_with(usize::from(top) + 1, Vec::new);
-        self.pending[usize::from(top)]
-            .extend((0..rows).flat_map(|y| (0..columns).map(move |x| Pending { x, y, forced: false })));
+        let all = (0..rows).flat_map(|y| (0..columns).map(move |x| Square { level: top, x, y }));
+        self.pending[usize::from(top)].extend(all);
+        let view = View { frame, gbuffer, light, rise: Rise::new(frame, &self.config.rise) };
         loop {
             for level in (0..=top).rev() {
-                self.descend(frame, light, level, visibility, fragments);
+                self.descend(level, &view, visibility, fragments);
             }
-            if !self.mend(frame) {
+            if !self.mend(&view) {
                 break;
             }
         }
-        for &(level, cell) in &self.kept {
+        for &cell in self.kept.iter().flatten() {
             let mut own = [NONE; 4];
             let mut count = 0;
-            for sample in corners_of(gbuffer, level, cell).pixels().map(|pixel| self.corners[pixel]) {
-                if !own[..count].contains(&sample) {
+            for sample in cell.corners(gbuffer).pixels().map(|pixel| self.corners[pixel]) {
+                if sample != NONE && !own[..count].contains(&sample) {
                     own[count] = sample;
                     count += 1;
                 }
             }
-            fragments.push_cell(level, cell.x, cell.y, &own[..count]);
+            fragments.push_cell(cell.level, cell.x, cell.y, &own[..count]);
         }
     }
 
@@ -325,13 +441,12 @@ impl Refiner for Lattice {
         let pending: usize = self.pending.iter().map(Vec::capacity).sum();
         self.breaks.bytes()
             + (self.corners.capacity() + self.fractions.capacity() + self.fresh.capacity()) * 4
-            + (pending + self.judged.capacity()) * size_of::<Pending>()
-            + self.kept.capacity() * size_of::<(u8, Pending)>()
-            + self.passed.capacity()
-            + self.touched.capacity()
+            + pending * size_of::<Square>()
+            + self.kept.capacity() * size_of::<Option<Square>>()
+            + (self.owners.capacity() + self.suspects.capacity()) * 4
+            + self.recent.capacity() * size_of::<(u32, u8)>()
+            + self.verdicts.capacity()
+            + self.suspected.capacity()
+            + self.wanted.bytes()
     }
-}
-
-fn corners_of(gbuffer: &GBuffer, level: u8, cell: Pending) -> Corners {
-    Corners::new(gbuffer.width, gbuffer.height, level, cell.x, cell.y)
 }

@@ -4,6 +4,7 @@ mod breaks;
 mod full;
 mod lattice;
 mod nichols;
+mod pixel_set;
 mod place;
 mod sfvt_gass;
 #[cfg(test)]

@@ -330,25 +330,39 @@ fn no_crack_between_levels_is_wider_than_the_error() {
 }
 
 #[test]
-fn cells_split_at_steps_and_where_the_light_sets() {
-    let mut floor = Floor::new(64, 32);
-    for pixel in 0..floor.gbuffer.pixels() {
-        if pixel % 64 >= 37 {
-            floor.gbuffer.position[pixel].y -= 1.0;
+fn cells_split_where_surfaces_may_shade_each_other_and_where_the_light_sets() {
+    let levels = |edit: &dyn Fn(&mut GBuffer, usize), seen: u64| {
+        let mut floor = Floor::new(64, 32);
+        for pixel in (0..floor.gbuffer.pixels()).filter(|pixel| pixel % 64 >= 37) {
             floor.gbuffer.primitive[pixel] = 1;
+            edit(&mut floor.gbuffer, pixel);
         }
-    }
-    let (fragments, _) = floor.refine(&mut Lattice::default(), |_, _| u64::MAX);
-    let levels = levels_of_row(&floor, &fragments, 9);
-    assert_eq!((levels[0], levels[36], levels[37], levels[63]), (4, 0, 0, 4));
-
-    let mut floor = Floor::new(64, 32);
-    for pixel in 0..floor.gbuffer.pixels() {
-        if pixel % 64 >= 37 {
-            floor.gbuffer.normal[pixel] = -Vec3::Y;
-        }
-    }
-    let (fragments, _) = floor.refine(&mut Lattice::default(), |_, _| u64::MAX);
-    let levels = levels_of_row(&floor, &fragments, 9);
-    assert_eq!((levels[0], levels[36], levels[37], levels[63]), (4, 0, 0, 4));
+        let (fragments, _) =
+            floor.refine(&mut Lattice::default(), |x, _| if x < 37 { u64::MAX } else { seen });
+        let levels = levels_of_row(&floor, &fragments, 9);
+        (levels[0], levels[36], levels[37], levels[63])
+    };
+    // A table far above the floor: each has its own corners, whatever the other one sees.
+    let table = |gbuffer: &mut GBuffer, pixel: usize| gbuffer.position[pixel].y -= 1.0;
+    assert_eq!(levels(&table, u64::MAX), (4, 2, 2, 4));
+    assert_eq!(levels(&table, 0), (4, 2, 2, 4));
+    // A wall with some of the light behind it.
+    let wall = |gbuffer: &mut GBuffer, pixel: usize| {
+        gbuffer.normal[pixel] = -Vec3::X;
+        let position = &mut gbuffer.position[pixel];
+        (position.x, position.y) = (36.5 / 64.0 - 1.0, (pixel % 64) as f32 / 64.0 - 36.5 / 64.0);
+    };
+    assert_eq!(levels(&wall, u64::MAX), (4, 0, 0, 4));
+    // A slope that leans away from it: all of the light is before both.
+    let slope = |gbuffer: &mut GBuffer, pixel: usize| {
+        gbuffer.normal[pixel] = Vec3::new(-0.6, 0.8, 0.0);
+        let position = &mut gbuffer.position[pixel];
+        position.y = (position.x - (36.5 / 64.0 - 1.0)) * 0.6 / 0.8;
+    };
+    assert_eq!(levels(&slope, u64::MAX), (4, 2, 2, 4));
+    // Its own back, on the same plane.
+    assert_eq!(
+        levels(&|gbuffer: &mut GBuffer, pixel: usize| gbuffer.normal[pixel] = -Vec3::Y, u64::MAX),
+        (4, 0, 0, 4)
+    );
 }

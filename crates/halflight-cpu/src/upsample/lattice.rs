@@ -68,6 +68,10 @@ impl Upsampler for Lattice {
     }
 }
 
+fn all_known(values: &[f32; 4]) -> bool {
+    !values.iter().any(|value| value.is_nan())
+}
+
 /// What all cells look at.
 struct Pass<'a> {
     field: &'a Field<'a>,
@@ -78,6 +82,14 @@ impl Pass<'_> {
     /// Writes the pixels of a piece; NaN where it cannot.
     fn fill(&self, piece: &Piece, rows: &mut Rows) {
         let field = self.field;
+        if piece.cell.level == 0
+            && let &[sample] = field.samples_of(piece.cell)
+        {
+            let pixel = field.pixel(piece.rect.x0, piece.rect.y0);
+            let receives = self.rise.is_receiver(pixel);
+            rows.set(pixel, if receives { field.value(sample).unwrap_or(field.anything) } else { 0.0 });
+            return;
+        }
         let Some((corners, values)) = self.corner_values(piece.cell) else {
             for (x, y) in piece.rect.pixels() {
                 rows.set(field.pixel(x, y), f32::NAN);
@@ -86,13 +98,21 @@ impl Pass<'_> {
         };
         let low = values.iter().copied().fold(f32::INFINITY, f32::min);
         let high = values.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let triangle = self.rise.triangle(&corners.pixels()).filter(|_| low < high && all_known(&values));
         for (x, y) in piece.rect.pixels() {
             let pixel = field.pixel(x, y);
             let value = if !self.rise.is_receiver(pixel) {
                 0.0
+            } else if triangle == self.rise.triangle(&[pixel]) && triangle.is_some() {
+                // All on one triangle, which is most of what is not flat.
+                let weights = corners.weights(x, y);
+                let sum = weights[0] * values[0] + weights[1] * values[1];
+                (sum + weights[2] * values[2] + weights[3] * values[3]).clamp(low, high)
             } else if low < high {
+                let value = corners.interpolate(&self.rise, &values, x, y);
+                // Where the light is below the horizon of all corners on the pixel's surface there is next to none.
                 // Rounding must not lead out of the bounds.
-                corners.interpolate(&self.rise, &values, x, y).clamp(low, high)
+                if value.is_nan() { 0.5 * (low + high) } else { value.clamp(low, high) }
             } else if low == high {
                 low
             } else {
@@ -110,6 +130,9 @@ impl Pass<'_> {
         let samples = field.samples_of(cell);
         let mut values = [f32::NAN; 4];
         for (value, pixel) in values.iter_mut().zip(corners.pixels()) {
+            if !self.rise.is_receiver(pixel) {
+                continue;
+            }
             let is_here = |&&index: &&u32| field.sample(index).is_some_and(|s| s.pixel as usize == pixel);
             *value = field.value(*samples.iter().find(is_here)?).unwrap_or(f32::NAN);
         }

@@ -1,0 +1,75 @@
+//! A set of pixels that many threads add to.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Pixels of an image, a bit each, a word for every 8 × 8 of them: so that what comes out follows the image in tiles, whose
+/// pixels see nearly the same.
+#[derive(Debug, Default)]
+pub(super) struct PixelSet {
+    width: u32,
+    columns: usize,
+    words: Vec<AtomicU64>,
+}
+
+impl PixelSet {
+    /// Makes it the empty set for an image of this size.
+    pub(super) fn reset(&mut self, width: u32, height: u32) {
+        self.width = width;
+        self.columns = width.div_ceil(8) as usize;
+        let words = self.columns * height.div_ceil(8) as usize;
+        self.words.resize_with(words, AtomicU64::default);
+        self.words.iter_mut().for_each(|word| *word.get_mut() = 0);
+    }
+
+    /// Adds a pixel.
+    #[inline]
+    pub(super) fn insert(&self, x: u32, y: u32) {
+        let word = &self.words[(y / 8) as usize * self.columns + (x / 8) as usize];
+        let bit = 1 << ((y % 8) * 8 + x % 8);
+        // Nothing but the set itself is handed on, and that only after the threads have joined.
+        if word.load(Ordering::Relaxed) & bit == 0 {
+            word.fetch_or(bit, Ordering::Relaxed);
+        }
+    }
+
+    /// Takes all pixels out, tile by tile and row by row in each, as indices into the image.
+    pub(super) fn drain(&mut self, pixels: &mut Vec<u32>) {
+        pixels.clear();
+        for (tile, word) in self.words.iter_mut().enumerate() {
+            let mut bits = std::mem::take(word.get_mut());
+            if bits == 0 {
+                continue;
+            }
+            let (x, y) = ((tile % self.columns * 8) as u32, (tile / self.columns * 8) as u32);
+            while bits != 0 {
+                let at = bits.trailing_zeros();
+                pixels.push((y + at / 8) * self.width + x + at % 8);
+                bits &= bits - 1;
+            }
+        }
+    }
+
+    /// Bytes held.
+    pub(super) fn bytes(&self) -> usize {
+        self.words.capacity() * 8
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_come_out_once_and_tile_by_tile() {
+        let mut set = PixelSet::default();
+        let mut pixels = vec![1];
+        set.reset(19, 10);
+        for (x, y) in [(18, 9), (0, 0), (8, 0), (7, 1), (0, 8), (8, 0), (7, 1)] {
+            set.insert(x, y);
+        }
+        set.drain(&mut pixels);
+        assert_eq!(pixels, [0, 19 + 7, 8, 8 * 19, 9 * 19 + 18]);
+        set.drain(&mut pixels);
+        assert!(pixels.is_empty());
+    }
+}
