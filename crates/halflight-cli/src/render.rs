@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use halflight_core::glam::Vec3;
 use halflight_core::scene::Scene;
-use halflight_core::stats::{FragmentCounts, FrameStats, RayCounts, StageTimes, VisibilityStats};
+use halflight_core::stats::{
+    FragmentCounts, FrameStats, ProofCounts, RayCounts, StageTimes, VisibilityStats,
+};
 use halflight_cpu::bvh::Bvh;
 use halflight_cpu::config::{Named, PipelineConfig};
 use halflight_cpu::pipeline::Pipeline;
@@ -35,6 +37,9 @@ struct Stats<'a> {
     fragments: &'a FragmentCounts,
     rays: &'a RayCounts,
     visibility: &'a VisibilityStats,
+    proofs: &'a ProofCounts,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    expected_nmse2: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     voxel_failures: Option<VoxelFailures>,
     stages_ms: &'a StageTimes,
@@ -118,14 +123,24 @@ impl Job<'_> {
             voxel_failures = Some(failures);
         }
         if let Some(path) = args.stats.as_ref().map(file) {
-            let FrameStats { fragments, rays, visibility, stages_ms, total_ms, peak_bytes } =
-                &pipeline.image().stats;
+            let FrameStats {
+                fragments,
+                rays,
+                visibility,
+                proofs,
+                expected_nmse2,
+                stages_ms,
+                total_ms,
+                peak_bytes,
+            } = &pipeline.image().stats;
             let stats = Stats {
                 config,
                 moment,
                 fragments,
                 rays,
                 visibility,
+                proofs,
+                expected_nmse2: *expected_nmse2,
                 voxel_failures,
                 stages_ms,
                 total_ms: *total_ms,
@@ -173,12 +188,14 @@ fn layers(
 
 /// A short account for people.
 fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, build_ms: f64) -> String {
-    let StageTimes { gbuffer, pyramid, refine, visibility, irradiance, upsample, compose } = stats.stages_ms;
+    let StageTimes { gbuffer, pyramid, refine, visibility, prove, irradiance, upsample, compose } =
+        stats.stages_ms;
     let stages = [
         ("gbuffer", gbuffer),
         ("pyramid", pyramid),
         ("refine", refine),
         ("visibility", visibility),
+        ("prove", prove),
         ("irradiance", irradiance),
         ("upsample", upsample),
         ("compose", compose),

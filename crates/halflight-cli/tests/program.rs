@@ -76,7 +76,17 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
     names.sort_unstable();
     assert_eq!(
         names,
-        ["build_ms", "config", "fragments", "peak_bytes", "rays", "stages_ms", "total_ms", "visibility"]
+        [
+            "build_ms",
+            "config",
+            "fragments",
+            "peak_bytes",
+            "proofs",
+            "rays",
+            "stages_ms",
+            "total_ms",
+            "visibility"
+        ]
     );
     assert_eq!(
         (&stats["config"]["width"], &stats["config"]["refiner"]["name"]),
@@ -84,7 +94,10 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
     );
     let mut stages = keys(&stats["stages_ms"]);
     stages.sort_unstable();
-    assert_eq!(stages, ["compose", "gbuffer", "irradiance", "pyramid", "refine", "upsample", "visibility"]);
+    assert_eq!(
+        stages,
+        ["compose", "gbuffer", "irradiance", "prove", "pyramid", "refine", "upsample", "visibility"]
+    );
     let mut rays = keys(&stats["rays"]);
     rays.sort_unstable();
     assert_eq!(rays, ["final", "refine", "skipped", "total"]);

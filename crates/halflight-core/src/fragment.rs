@@ -126,6 +126,11 @@ impl Fragments {
         (self.samples.len() - 1) as u32
     }
 
+    /// A sample added before, to change.
+    pub fn sample_mut(&mut self, index: u32) -> &mut Sample {
+        &mut self.samples[index as usize]
+    }
+
     /// Adds a cell with the samples that it takes its values from.
     pub fn push_cell(&mut self, level: u8, x: u32, y: u32, samples: &[u32]) {
         let first = self.cell_samples.len() as u32;

@@ -11,6 +11,7 @@ pub mod hash;
 pub mod light;
 pub mod mask;
 pub mod pattern;
+pub mod proof;
 pub mod pyramid;
 pub mod scene;
 pub mod stages;

@@ -7,8 +7,9 @@ use crate::fragment::Fragments;
 use crate::frame::Frame;
 use crate::mask::MaskBatch;
 use crate::pattern::Pattern;
+use crate::proof::{Proof, Region};
 use crate::pyramid::MAX_LEVEL;
-use crate::stats::VisibilityStats;
+use crate::stats::{ProofCounts, VisibilityStats};
 
 /// A combination of stages that cannot work.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -52,6 +53,17 @@ pub trait Refiner: Send {
         MAX_LEVEL
     }
 
+    /// Expected squared error of the last light's irradiance, by luminance, summed over the image, (W/m²)²; none from
+    /// refiners that do not aim at an error.
+    fn expected_error(&self) -> Option<f64> {
+        None
+    }
+
+    /// What was proved of the pixels of the last light, for refiners that ask for proofs.
+    fn proofs(&self) -> ProofCounts {
+        ProofCounts::default()
+    }
+
     /// Bytes held in buffers of its own.
     fn bytes(&self) -> usize {
         0
@@ -70,6 +82,13 @@ pub trait Visibility: Send {
     /// A refusal that says why.
     fn supports(&self, _pattern: Pattern) -> Result<(), Unsupported> {
         Ok(())
+    }
+
+    /// Writes what it can prove of the visible fraction in regions of receivers, one [`Proof`] a region. A backend that does
+    /// not look at triangles, or only at some, proves nothing.
+    fn prove(&mut self, _frame: &Frame, _light: u32, regions: &[Region], proofs: &mut Vec<Proof>) {
+        proofs.clear();
+        proofs.resize(regions.len(), Proof::Open);
     }
 
     /// Work that is done once a frame, before the first batch (voxels, triangle bins).

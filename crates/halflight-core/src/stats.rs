@@ -28,10 +28,13 @@ pub struct StageTimes {
     pub gbuffer: f64,
     /// Discontinuity mipmaps.
     pub pyramid: f64,
-    /// Refinement without the visibility it asks for.
+    /// Refinement without the visibility and the proofs it asks for.
     pub refine: f64,
     /// Masks, with per-frame preparation of the backend and horizon culling.
     pub visibility: f64,
+    /// Proofs of what cells see, where they were asked for.
+    #[serde(default)]
+    pub prove: f64,
     /// Values of the samples from their masks.
     pub irradiance: f64,
     /// One value a pixel from the samples.
@@ -76,6 +79,28 @@ pub struct VisibilityStats {
     pub relevant: u64,
     /// Receivers too near the light's plane to be projected, which looked at all triangles.
     pub unprojected: u64,
+}
+
+/// Receiver pixels by what is known of them beyond their fragments' samples; all 0 unless proofs were asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ProofCounts {
+    /// In cells that were proved to see all of the light.
+    pub lit: u64,
+    /// In cells that were proved to see nothing of it.
+    pub umbra: u64,
+    /// In cells in which the visible fraction was proved to vary little.
+    pub bounded: u64,
+    /// With masks of their own.
+    pub traced: u64,
+}
+
+impl AddAssign for ProofCounts {
+    fn add_assign(&mut self, other: Self) {
+        self.lit += other.lit;
+        self.umbra += other.umbra;
+        self.bounded += other.bounded;
+        self.traced += other.traced;
+    }
 }
 
 impl VisibilityStats {
@@ -133,6 +158,12 @@ pub struct FrameStats {
     pub rays: RayCounts,
     /// How masks were come by.
     pub visibility: VisibilityStats,
+    /// What was proved of pixels.
+    pub proofs: ProofCounts,
+    /// Expected squared error of the irradiance over its squares, summed over the image by luminance: what the NMSE₂ against
+    /// a reference should be. None from refiners that do not aim at one.
+    #[serde(default)]
+    pub expected_nmse2: Option<f64>,
     /// Time by stage.
     pub stages_ms: StageTimes,
     /// Time of the whole frame.

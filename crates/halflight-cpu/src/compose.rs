@@ -20,6 +20,11 @@ pub(crate) struct Totals {
     pub visible: Vec<f32>,
 }
 
+/// Luminance of linear Rec. 709 light.
+pub(crate) fn luminance(rgb: Vec3) -> f32 {
+    rgb.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
 /// Adds one light's share to `image`: `plane` holds irradiance per unit radiance, or the visible fraction that the
 /// analytic irradiance is multiplied with. `totals`, where wanted, has been sized to the image.
 pub(crate) fn add_light(
@@ -31,7 +36,7 @@ pub(crate) fn add_light(
     totals: Option<&mut Totals>,
 ) {
     let radiance = light.radiance;
-    let luminance = radiance.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+    let luminance = luminance(radiance);
     let needs_unshadowed = shading == Shading::Ratio || totals.is_some();
     let block = |first: usize, image: &mut [Vec3], totals: Option<(&mut [f32], &mut [f32])>| {
         let mut irradiance = [0.0f32; BLOCK];

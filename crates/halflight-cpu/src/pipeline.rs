@@ -10,13 +10,14 @@ use halflight_core::gbuffer::GBuffer;
 use halflight_core::light::{AreaLight, LightError};
 use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::{Pattern, PatternError};
+use halflight_core::proof::{Proof, Region};
 use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::{MeshError, Scene};
 use halflight_core::stages::{Refiner, Unsupported, Upsampler, Visibility};
 use halflight_core::stats::{FrameStats, RayCounts, VisibilityStats};
 
 use crate::bvh::{Bvh, BvhRays};
-use crate::compose::{self, Totals};
+use crate::compose::{self, Totals, luminance};
 use crate::irradiance::{self, Shading};
 use crate::raster4d::Raster4dError;
 use crate::refine::SfvtGass;
@@ -389,10 +390,18 @@ impl State {
                 plane.resize(pixels, 0.0);
             }
         }
+        let mut expected = Some(0.0);
         for (number, light) in (0..).zip(&scene.lights) {
             clock = Instant::now();
-            let mut watched =
-                Watched { inner: visibility.as_mut(), light, rays: &mut stats.rays, ms: 0.0, refusal: None };
+            let before = stats.stages_ms.prove;
+            let mut watched = Watched {
+                inner: visibility.as_mut(),
+                light,
+                rays: &mut stats.rays,
+                ms: 0.0,
+                prove_ms: &mut stats.stages_ms.prove,
+                refusal: None,
+            };
             buffers.fragments.reset(width, height, number);
             refiner.refine(&frame, number, &mut watched, &mut buffers.fragments);
             let (traced_ms, refusal) = (watched.ms, watched.refusal);
@@ -401,7 +410,9 @@ impl State {
             }
             buffers.fragments.validate()?;
             stats.stages_ms.visibility += traced_ms;
-            stats.stages_ms.refine += lap(&mut clock) - traced_ms;
+            stats.stages_ms.refine += lap(&mut clock) - traced_ms - (stats.stages_ms.prove - before);
+            stats.proofs += refiner.proofs();
+            expected = expected.zip(refiner.expected_error()).map(|(sum, error)| sum + error);
 
             irradiance::evaluate(&frame, &buffers.fragments, builder.shading, &mut buffers.values);
             stats.stages_ms.irradiance += lap(&mut clock);
@@ -426,6 +437,10 @@ impl State {
                 merge_levels(&buffers.gbuffer, &buffers.fragments, &mut image.level);
             }
         }
+        stats.expected_nmse2 = expected.map(|error| {
+            let energy: f64 = image.irradiance.iter().map(|rgb| f64::from(luminance(*rgb)).powi(2)).sum();
+            if energy > 0.0 { error / energy } else { 0.0 }
+        });
         stats.total_ms = start.elapsed().as_secs_f64() * 1e3;
 
         if builder.layers {
@@ -490,6 +505,7 @@ struct Watched<'a> {
     light: &'a AreaLight,
     rays: &'a mut RayCounts,
     ms: f64,
+    prove_ms: &'a mut f64,
     refusal: Option<Unsupported>,
 }
 
@@ -512,5 +528,11 @@ impl Visibility for Watched<'_> {
 
     fn supports(&self, pattern: Pattern) -> Result<(), Unsupported> {
         self.inner.supports(pattern)
+    }
+
+    fn prove(&mut self, frame: &Frame, light: u32, regions: &[Region], proofs: &mut Vec<Proof>) {
+        let start = Instant::now();
+        self.inner.prove(frame, light, regions, proofs);
+        *self.prove_ms += start.elapsed().as_secs_f64() * 1e3;
     }
 }

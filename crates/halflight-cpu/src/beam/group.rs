@@ -4,9 +4,9 @@ use glam::Vec3;
 use halflight_core::pattern::Pattern;
 use halflight_core::stats::VisibilityStats;
 
-use crate::bvh::{Bvh, Child, Chunk, STACK, Shaft, Tracer, push_near_last};
+use crate::bvh::{Child, Chunk, STACK, Shaft, Tracer, push_near_last};
 use crate::occluder::Samples;
-use crate::shaft::{FEWEST, GROUP, Hull, List, Share, bounds, quarter};
+use crate::shaft::{FEWEST, GROUP, Gather, Hull, List, Share, bounds, quarter};
 use crate::simd::{Isa, Kernel, Simd};
 
 /// Queries of one group and room for their answers.
@@ -256,56 +256,5 @@ impl Kernel for Trace<'_, '_> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         self.tracer.trace_receiver::<S>(self.chunk, 0, self.word);
-    }
-}
-
-/// Gathers all triangles that may hide something in a hull; false if there are more than `most`.
-struct Gather<'a> {
-    list: &'a mut List,
-    waiting: &'a mut Vec<u32>,
-    bvh: &'a Bvh,
-    hull: &'a Hull,
-    most: usize,
-}
-
-impl Kernel for Gather<'_> {
-    type Output = bool;
-
-    #[inline(always)]
-    fn run<S: Simd>(self) -> bool {
-        let Self { list, waiting, bvh, hull, most } = self;
-        list.clear();
-        waiting.clear();
-        if !bvh.nodes.is_empty() {
-            waiting.push(0);
-        }
-        // Boxes are many where triangles are: a walk much longer than the list it is for is given up as well.
-        let mut visits = 4 * most;
-        while let Some(child) = waiting.pop() {
-            match Child::decode(child) {
-                Child::Node(index) => {
-                    visits -= 1;
-                    if visits == 0 {
-                        return false;
-                    }
-                    let node = &bvh.nodes[index as usize];
-                    let (low, high) = node.bounds::<S::Eight>();
-                    let mut reached = hull.reaches(low, high) & node.occupied();
-                    while reached != 0 {
-                        waiting.push(node.child(reached.trailing_zeros() as usize));
-                        reached &= reached - 1;
-                    }
-                }
-                Child::Block(index) => {
-                    let block = &bvh.blocks[index as usize];
-                    let met = hull.meets::<S::Eight>(block);
-                    if list.len() + met.count_ones() as usize > most {
-                        return false;
-                    }
-                    list.push_lanes(block, met);
-                }
-            }
-        }
-        true
     }
 }

@@ -15,6 +15,7 @@ use std::sync::Arc;
 
 use halflight_core::frame::Frame;
 use halflight_core::mask::{MaskBatch, Query};
+use halflight_core::proof::{Proof, Region};
 use halflight_core::stages::Visibility;
 use halflight_core::stats::VisibilityStats;
 use rayon::prelude::*;
@@ -22,7 +23,7 @@ use rayon::prelude::*;
 use crate::bvh::Bvh;
 use crate::occluder::{Points, Rows};
 use crate::pool::Pool;
-use crate::shaft::GROUP;
+use crate::shaft::{GROUP, Prover};
 use crate::simd::Isa;
 use group::{Answers, Groups};
 
@@ -38,6 +39,7 @@ pub struct Beam {
     stats: VisibilityStats,
     rows: Pool<Groups<Rows>>,
     points: Pool<Groups<Points>>,
+    prover: Prover,
 }
 
 impl Beam {
@@ -53,6 +55,7 @@ impl Beam {
             stats: VisibilityStats::default(),
             rows: Pool::default(),
             points: Pool::default(),
+            prover: Prover::default(),
         }
     }
 
@@ -144,6 +147,10 @@ impl Visibility for Beam {
                 parts.visible[at * words..(at + 1) * words].copy_from_slice(visible);
             }
         }
+    }
+
+    fn prove(&mut self, frame: &Frame, light: u32, regions: &[Region], proofs: &mut Vec<Proof>) {
+        self.prover.prove(&self.bvh, frame.light(light), regions, proofs);
     }
 
     fn stats(&self) -> VisibilityStats {

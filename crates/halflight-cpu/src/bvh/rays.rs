@@ -8,6 +8,7 @@ use halflight_core::frame::Frame;
 use halflight_core::light::AreaLight;
 use halflight_core::mask::{MaskBatch, Query};
 use halflight_core::pattern::Pattern;
+use halflight_core::proof::{Proof, Region};
 use halflight_core::stages::Visibility;
 use rayon::prelude::*;
 
@@ -16,6 +17,7 @@ use super::bundle::{Bundle, RAYS};
 use super::shadow::ALONE;
 use super::stack::Stacks;
 use crate::samples::{LANES, positions};
+use crate::shaft::Prover;
 use crate::simd::{Isa, Kernel, Simd};
 
 /// Queries that one task answers: as many as a bundle has rays.
@@ -33,12 +35,13 @@ pub struct BvhRays {
     bvh: Arc<Bvh>,
     isa: Isa,
     together: bool,
+    prover: Arc<Prover>,
 }
 
 impl BvhRays {
     /// Rays in bundles, with the widest vectors that the processor has.
     pub fn new(bvh: Arc<Bvh>) -> Self {
-        Self { bvh, isa: Isa::best(), together: true }
+        Self { bvh, isa: Isa::best(), together: true, prover: Arc::default() }
     }
 
     /// One ray at a time: the same answers, for comparison.
@@ -75,6 +78,10 @@ impl Visibility for BvhRays {
                 self.isa.run(Single(chunk));
             }
         });
+    }
+
+    fn prove(&mut self, frame: &Frame, light: u32, regions: &[Region], proofs: &mut Vec<Proof>) {
+        self.prover.prove(&self.bvh, frame.light(light), regions, proofs);
     }
 
     fn bytes(&self) -> usize {

@@ -1,48 +1,66 @@
 //! The lattice refiner: masks at the corners of quadtree cells, refined where the visible fraction cannot be predicted.
 
-use halflight_core::fragment::Fragments;
+use glam::Vec3;
+use halflight_core::fragment::{Cell, Fragments, Sample};
 use halflight_core::frame::Frame;
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::mask::Purpose;
+use halflight_core::pattern::Pattern;
+use halflight_core::proof::{Proof, Region};
 use halflight_core::pyramid::MAX_LEVEL;
 use halflight_core::stages::{Refiner, Visibility};
+use halflight_core::stats::ProofCounts;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::breaks::Breaks;
 use super::pixel_set::PixelSet;
 use super::place::{cell_rect, faces_away};
+use super::target::{self, Plan, Trial};
 use super::{pixel_sample, trace_pixels};
+use crate::compose::luminance;
 use crate::corners::Corners;
 use crate::irradiance;
-use crate::rise::{Between, Rise, RiseLimits};
+use crate::rise::{Between, LightCorners, Rise, RiseLimits, Side};
+use crate::unshadowed::unshadowed;
 
 /// Constants of [`Lattice`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LatticeConfig {
-    /// Level of the coarsest cells, 0 … 7: 4, that is 16 × 16 pixels. Their corners are one pixel in 256; coarser cells
-    /// would save next to nothing and pass over more thin shadows.
+    /// Level of the coarsest cells, 0 … 7: 3, that is 8 × 8 pixels. Their corners are one pixel in 64; coarser cells save
+    /// 3 % of the receivers and pass over wider shadows.
     pub coarsest_level: u8,
     /// Difference of the visible fraction, 0 … 1, that is interpolated over: 0.05. The masks themselves have noise: in the
     /// middle of a penumbra 64 stratified samples have a standard deviation of 0.02, and less than two of these asks for
     /// pixels that are no better than what they replace.
     pub error: f32,
+    /// NMSE₂ to come down to, or 0 to take `error` and the frame's samples as they are: 0. With a target, both are chosen by
+    /// what the coarsest corners show with 64 samples. Where that takes more than 64, only receivers that see part of the
+    /// light are asked for more.
+    pub target: f32,
+    /// Keep a cell only if it is proved that it hides no thin shadow: false. It takes a backend that proves things, `bvh` or
+    /// `beam`; with others, and in foliage, every pixel is traced.
+    pub certify: bool,
     /// What parts surfaces.
     pub rise: RiseLimits,
 }
 
 impl Default for LatticeConfig {
     fn default() -> Self {
-        Self { coarsest_level: 4, error: 0.05, rise: RiseLimits::default() }
+        Self { coarsest_level: 3, error: 0.05, target: 0.0, certify: false, rise: RiseLimits::default() }
     }
 }
 
 /// No mask has been asked for here.
 const NONE: u32 = u32::MAX;
 
-/// Coarsest level at which steps are interpolated along: cells of 4 × 4 pixels. Thin things have no corner in larger ones.
-const STEP_LEVEL: u8 = 2;
+/// Finest level at which proofs are tried: a proof costs as much as the masks of three receivers.
+const PROVE_LEVEL: u8 = 2;
+
+/// Share of the light that what is hidden may differ by inside a certified cell. With the noise of 64 samples at the corners
+/// on top, and terms that weigh one end of the light more than the other, no pixel is off by more than a quarter.
+const MOST_UNSEEN: f32 = 0.125;
 
 /// A cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +84,10 @@ enum Verdict {
     Split,
     /// Its corners' masks will tell, or it is a pixel.
     Keep,
+    /// Kept, and all of it was proved to see all of the light.
+    Lit,
+    /// Kept, and all of it was proved to see nothing of it.
+    Umbra,
 }
 
 /// Quadtree cells with full masks at pixel-centred corners, each traced once and shared by all cells and levels.
@@ -86,11 +108,19 @@ enum Verdict {
 #[derive(Debug, Default)]
 pub struct Lattice {
     config: LatticeConfig,
+    plan: Plan,
     breaks: Breaks,
     /// Sample of every pixel, or [`NONE`].
     corners: Vec<u32>,
     /// Visible fraction of every sample; NaN where the light lies below its horizon.
     fractions: Vec<f32>,
+    /// Expected squared error of every fraction, and unshadowed irradiance of every sample, where a target is set.
+    variances: Vec<f32>,
+    unshadowed: Vec<f32>,
+    /// Receivers that see part of the light, and their samples.
+    partly: Vec<u32>,
+    partly_samples: Vec<u32>,
+    expected: Option<f64>,
     /// Cells to look at, by level.
     pending: Vec<Vec<Square>>,
     /// Verdicts on these, or on `kept`.
@@ -98,8 +128,8 @@ pub struct Lattice {
     /// Pixels whose masks the level in work asks for.
     wanted: PixelSet,
     fresh: Vec<u32>,
-    /// Cells above one pixel that have been kept; none where they were split later.
-    kept: Vec<Option<Square>>,
+    /// Cells above one pixel that have been kept, and how; none where they were split later.
+    kept: Vec<Option<(Square, Verdict)>>,
     /// For every 2 × 2 pixels the place among these of the cell that they lie in, or [`NONE`].
     owners: Vec<u32>,
     /// Pixels that have got a mask since cells were last compared with their neighbours, and for cells of which level.
@@ -108,6 +138,12 @@ pub struct Lattice {
     suspects: Vec<u32>,
     suspected: Vec<bool>,
     mending: bool,
+    /// Cells of which something is to be proved, where their receivers are, and what was.
+    certified: Vec<Square>,
+    regions: Vec<Region>,
+    proofs: Vec<Proof>,
+    trial: Vec<Trial>,
+    proved: ProofCounts,
 }
 
 impl Lattice {
@@ -136,6 +172,9 @@ impl Lattice {
         let mut verdicts = std::mem::take(&mut self.verdicts);
         cells.par_iter().with_min_len(256).map(|&cell| self.look(view, cell)).collect_into_vec(&mut verdicts);
         self.trace(view, level, visibility, fragments);
+        if level == self.top() && self.config.target > 0.0 {
+            self.plan(view, fragments);
+        }
         if level > 0 {
             let judged = cells.par_iter().zip(&mut verdicts).with_min_len(256);
             judged.filter(|(_, verdict)| **verdict == Verdict::Keep).for_each(|(&cell, verdict)| {
@@ -144,12 +183,18 @@ impl Lattice {
                 }
             });
         }
+        if self.config.certify && level > 0 {
+            self.certify(view, &cells, &mut verdicts, visibility);
+        }
         for (&cell, verdict) in cells.iter().zip(&verdicts) {
             match verdict {
                 Verdict::Drop => {}
                 Verdict::Split => self.split(cell),
-                Verdict::Keep if level > 0 => self.keep(view.gbuffer, cell),
-                Verdict::Keep => {
+                Verdict::Keep | Verdict::Lit | Verdict::Umbra if level > 0 => {
+                    self.keep(view.gbuffer, cell, *verdict);
+                }
+                Verdict::Keep | Verdict::Lit | Verdict::Umbra => {
+                    self.proved.traced += u64::from(self.config.certify);
                     let sample = self.corners[view.gbuffer.index(cell.x, cell.y)];
                     fragments.push_cell(0, cell.x, cell.y, &[sample]);
                 }
@@ -172,7 +217,7 @@ impl Lattice {
             // Nothing parts the cell's pixels, so what one of them sees, geometry or nothing, all see.
             Between::Nothing if !gbuffer.is_receiver(corners.pixels()[0]) => return Verdict::Drop,
             Between::Nothing => {}
-            Between::Step if cell.level <= STEP_LEVEL && view.serves(&corners, cell) => {}
+            Between::Step if cell.level <= self.plan.step_level && view.serves(&corners, cell) => {}
             Between::Step | Between::Shade => return Verdict::Split,
         }
         for ((x, y), pixel) in corners.places().into_iter().zip(corners.pixels()) {
@@ -189,24 +234,139 @@ impl Lattice {
         if self.fresh.is_empty() {
             return;
         }
-        let View { frame, gbuffer, light, .. } = *view;
-        let purpose = if level == 0 { Purpose::Final } else { Purpose::Refine };
-        let batch = fragments.open_batch(frame.pattern, purpose);
+        let (purpose, known) =
+            (if level == 0 { Purpose::Final } else { Purpose::Refine }, self.fractions.len());
+        let batch = fragments.open_batch(self.plan.first, purpose);
         for (query, &pixel) in self.fresh.iter().enumerate() {
-            let sample = pixel_sample(pixel as usize, gbuffer.width, 0, batch, query);
+            let sample = pixel_sample(pixel as usize, view.gbuffer.width, 0, batch, query);
             self.corners[pixel as usize] = fragments.push_sample(sample);
         }
-        trace_pixels(frame, light, &self.fresh, visibility, fragments.batch_mut(batch));
-        let (batch, known) = (fragments.batch(batch), self.fractions.len());
-        self.fractions.resize(known + self.fresh.len(), f32::NAN);
-        let light = frame.light(light);
-        self.fractions[known..].par_iter_mut().enumerate().with_min_len(256).for_each(|(query, fraction)| {
-            *fraction = irradiance::fraction(light, batch, query).unwrap_or(f32::NAN);
-        });
+        trace_pixels(view.frame, view.light, &self.fresh, visibility, fragments.batch_mut(batch));
+        self.evaluate(view, known, fragments);
+        if self.plan.full == self.plan.first {
+            self.recent.extend(self.fresh.iter().map(|&pixel| (pixel, level)));
+            return;
+        }
+        self.partly.clear();
+        self.partly_samples.clear();
+        for (sample, (&pixel, &fraction)) in
+            (known as u32..).zip(self.fresh.iter().zip(&self.fractions[known..]))
+        {
+            if fraction > 0.0 && fraction < 1.0 {
+                self.partly.push(pixel);
+                self.partly_samples.push(sample);
+            }
+        }
+        let batch = fragments.open_batch(self.plan.full, purpose);
+        trace_pixels(view.frame, view.light, &self.partly, visibility, fragments.batch_mut(batch));
+        for (query, &sample) in (0..).zip(&self.partly_samples) {
+            let sample = fragments.sample_mut(sample);
+            (sample.batch, sample.first) = (batch, query);
+        }
+        self.evaluate(view, known, fragments);
         self.recent.extend(self.fresh.iter().map(|&pixel| (pixel, level)));
     }
 
-    fn keep(&mut self, gbuffer: &GBuffer, cell: Square) {
+    /// Splits cells of which too little can be proved.
+    fn certify(
+        &mut self,
+        view: &View,
+        cells: &[Square],
+        verdicts: &mut [Verdict],
+        visibility: &mut dyn Visibility,
+    ) {
+        let Self { regions, proofs, .. } = self;
+        if cells.first().is_some_and(|cell| cell.level < PROVE_LEVEL) {
+            let kept = verdicts.iter_mut().filter(|verdict| **verdict == Verdict::Keep);
+            kept.for_each(|verdict| *verdict = Verdict::Split);
+            return;
+        }
+        let kept = || cells.iter().zip(&*verdicts).filter(|(_, verdict)| **verdict == Verdict::Keep);
+        regions.clear();
+        regions.extend(kept().map(|_| Region::EMPTY));
+        self.certified.clear();
+        self.certified.extend(kept().map(|(&cell, _)| cell));
+        regions.par_iter_mut().zip(&self.certified).with_min_len(64).for_each(|(region, &cell)| {
+            *region = view.region(cell);
+        });
+        visibility.prove(view.frame, view.light, regions, proofs);
+        let kept = verdicts.iter_mut().filter(|verdict| **verdict == Verdict::Keep);
+        for (verdict, (proof, region)) in kept.zip(proofs.iter().zip(&*regions)) {
+            *verdict = match proof {
+                _ if *region == Region::EMPTY => Verdict::Umbra,
+                Proof::Lit => Verdict::Lit,
+                Proof::Umbra => Verdict::Umbra,
+                Proof::Bounded(share) if *share <= MOST_UNSEEN => Verdict::Keep,
+                Proof::Bounded(_) | Proof::Open => Verdict::Split,
+            };
+        }
+    }
+
+    /// Computes the fractions of all samples from `known` on, and how wrong they may be.
+    fn evaluate(&mut self, view: &View, known: usize, fragments: &Fragments) {
+        let (samples, light) = (&fragments.samples()[known..], view.frame.light(view.light));
+        self.fractions.resize(fragments.samples().len(), f32::NAN);
+        self.fractions[known..].par_iter_mut().zip(samples).with_min_len(256).for_each(
+            |(fraction, sample)| {
+                let batch = fragments.batch(sample.batch);
+                *fraction = irradiance::fraction(light, batch, sample.first as usize).unwrap_or(f32::NAN);
+            },
+        );
+        if self.config.target > 0.0 {
+            self.variances.resize(fragments.samples().len(), 0.0);
+            self.variances[known..].par_iter_mut().zip(samples).with_min_len(256).for_each(
+                |(variance, sample)| {
+                    *variance = target::variance(fragments.batch(sample.batch), sample.first as usize).0;
+                },
+            );
+        }
+    }
+
+    /// Chooses samples and cells by what the corners so far have shown.
+    fn plan(&mut self, view: &View, fragments: &Fragments) {
+        let light = view.frame.light(view.light);
+        let trial = |(sample, &fraction): (&Sample, &f32)| {
+            let (variance, torn) = target::variance(fragments.batch(sample.batch), sample.first as usize);
+            let unshadowed = view
+                .gbuffer
+                .receiver(sample.pixel as usize)
+                .map_or(0.0, |receiver| unshadowed(light, receiver.origin, receiver.normal));
+            Trial { unshadowed, fraction, variance, torn }
+        };
+        self.trial.clear();
+        self.trial.par_extend(fragments.samples().par_iter().zip(&self.fractions).map(trial));
+        self.plan = Plan::reach(self.config.target, view.frame.pattern.kind, &self.trial);
+    }
+
+    /// Expected squared error of the irradiance by luminance, summed over all pixels.
+    fn expect(&mut self, view: &View, fragments: &Fragments) -> f64 {
+        let light = view.frame.light(view.light);
+        let power = |sample: &Sample| {
+            let receiver = view.gbuffer.receiver(sample.pixel as usize);
+            receiver.map_or(0.0, |receiver| unshadowed(light, receiver.origin, receiver.normal).powi(2))
+        };
+        fragments.samples().par_iter().with_min_len(256).map(power).collect_into_vec(&mut self.unshadowed);
+        let error = |cell: &Cell| {
+            let samples = fragments.cell_samples(cell).iter().map(|&sample| sample as usize);
+            let count = samples.len().max(1) as f64;
+            let power = samples.clone().map(|sample| f64::from(self.unshadowed[sample])).sum::<f64>() / count;
+            let variance = if cell.level == 0 {
+                samples.map(|sample| f64::from(self.variances[sample])).sum()
+            } else {
+                target::cell_variance(
+                    samples.map(|sample| (self.fractions[sample], self.variances[sample])),
+                    self.plan.error,
+                )
+            };
+            let (x0, y0, x1, y1) = cell.pixels(fragments.width(), fragments.height());
+            power * variance * f64::from((x1 - x0) * (y1 - y0))
+        };
+        // In one order, so that rounding does not depend on the threads.
+        let sum: f64 = fragments.cells().iter().map(error).sum();
+        sum * f64::from(luminance(light.radiance)).powi(2)
+    }
+
+    fn keep(&mut self, gbuffer: &GBuffer, cell: Square, verdict: Verdict) {
         let rect = cell_rect(gbuffer, cell.level, cell.x, cell.y);
         let columns = gbuffer.width.div_ceil(2);
         for y in rect.y0 / 2..rect.y1.div_ceil(2) {
@@ -218,7 +378,7 @@ impl Lattice {
         if self.mending {
             self.suspects.push(self.kept.len() as u32);
         }
-        self.kept.push(Some(cell));
+        self.kept.push(Some((cell, verdict)));
     }
 
     fn split(&mut self, cell: Square) {
@@ -258,7 +418,7 @@ impl Lattice {
         }
         let low = found.iter().copied().fold(f32::INFINITY, f32::min);
         let high = found.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        if high - low <= self.config.error {
+        if high - low <= self.plan.error {
             return true;
         }
         let parent = Square { level: cell.level + 1, x: cell.x / 2, y: cell.y / 2 };
@@ -271,7 +431,7 @@ impl Lattice {
         let known = parent.pixels().map(|pixel| self.fraction(pixel));
         corners.places().into_iter().zip(found).all(|((x, y), fraction)| {
             // Without a fraction at the parent's corners there is no prediction, and the comparison fails.
-            (parent.interpolate(&view.rise, &known, x, y) - fraction).abs() <= self.config.error
+            (parent.interpolate(&view.rise, &known, x, y) - fraction).abs() <= self.plan.error
         })
     }
 
@@ -287,7 +447,7 @@ impl Lattice {
                     continue;
                 }
                 alone = false;
-                let agree = (found[one] - found[other]).abs() <= self.config.error
+                let agree = (found[one] - found[other]).abs() <= self.plan.error
                     || found[one].is_nan() && found[other].is_nan();
                 if !agree {
                     return false;
@@ -308,7 +468,7 @@ impl Lattice {
             }
             let expected = corners.interpolate(&view.rise, &known, x, y);
             // Without corners on the pixel's surface there is nothing to compare with.
-            expected.is_nan() || (found - expected).abs() <= self.config.error
+            expected.is_nan() || (found - expected).abs() <= self.plan.error
         })
     }
 
@@ -318,7 +478,7 @@ impl Lattice {
         let (mut verdicts, mut suspects) =
             (std::mem::take(&mut self.verdicts), std::mem::take(&mut self.suspects));
         let meets = |&place: &u32| match self.kept[place as usize] {
-            Some(cell) if !self.meets_neighbours(view, cell) => Verdict::Split,
+            Some((cell, _)) if !self.meets_neighbours(view, cell) => Verdict::Split,
             _ => Verdict::Keep,
         };
         suspects.par_iter().with_min_len(64).map(meets).collect_into_vec(&mut verdicts);
@@ -326,7 +486,7 @@ impl Lattice {
         for (&place, &verdict) in suspects.iter().zip(&verdicts) {
             self.suspected[place as usize] = false;
             if verdict == Verdict::Split
-                && let Some(cell) = self.kept[place as usize].take()
+                && let Some((cell, _)) = self.kept[place as usize].take()
             {
                 self.split(cell);
                 any = true;
@@ -349,7 +509,7 @@ impl Lattice {
                 if place == NONE || self.suspected[place as usize] {
                     continue;
                 }
-                if self.kept[place as usize].is_some_and(|cell| cell.level > level) {
+                if self.kept[place as usize].is_some_and(|(cell, _)| cell.level > level) {
                     self.suspected[place as usize] = true;
                     self.suspects.push(place);
                 }
@@ -369,6 +529,33 @@ struct View<'a> {
 }
 
 impl View<'_> {
+    /// Where shadow rays of a cell's receivers start, its corners' included, without those that face away from the light.
+    /// Everywhere, where some have only part of the light above their horizon: of what little they get anything can hide a
+    /// large share.
+    fn region(&self, cell: Square) -> Region {
+        let (gbuffer, rect) = (self.gbuffer, cell_rect(self.gbuffer, cell.level, cell.x, cell.y));
+        let light = LightCorners(self.frame.light(self.light).corners());
+        let own = (rect.y0..rect.y1).flat_map(|y| (rect.x0..rect.x1).map(move |x| gbuffer.index(x, y)));
+        let mut region = Region::EMPTY;
+        for pixel in own.chain(cell.corners(gbuffer).pixels()) {
+            let Some(receiver) = gbuffer.receiver(pixel) else { continue };
+            match self.rise.side(&light, pixel) {
+                Side::Lit => region = region.with(receiver.origin),
+                Side::Unlit => {}
+                Side::Both => return Region { low: Vec3::NEG_INFINITY, high: Vec3::INFINITY },
+            }
+        }
+        region
+    }
+
+    /// Receivers among a cell's pixels.
+    fn receivers(&self, cell: Square) -> u64 {
+        let rect = cell_rect(self.gbuffer, cell.level, cell.x, cell.y);
+        let row =
+            |y| (rect.x0..rect.x1).filter(|&x| self.gbuffer.is_receiver(self.gbuffer.index(x, y))).count();
+        (rect.y0..rect.y1).map(row).sum::<usize>() as u64
+    }
+
     /// Whether every pixel of a cell that sees something has a corner on its surface.
     fn serves(&self, corners: &Corners, cell: Square) -> bool {
         let (gbuffer, pixels, places) = (self.gbuffer, corners.pixels(), corners.places());
@@ -395,6 +582,11 @@ impl Refiner for Lattice {
     ) {
         let gbuffer = frame.gbuffer;
         let top = self.top();
+        self.plan = if self.config.target > 0.0 {
+            Plan::trial(frame.pattern.kind, self.config.error)
+        } else {
+            Plan::fixed(frame.pattern, self.config.error)
+        };
         self.breaks.find(frame, light, &self.config.rise, top);
         self.corners.clear();
         self.corners.resize(gbuffer.pixels(), NONE);
@@ -404,6 +596,7 @@ impl Refiner for Lattice {
         self.suspected.clear();
         self.recent.clear();
         self.mending = false;
+        self.proved = ProofCounts::default();
         self.owners.clear();
         self.owners.resize(gbuffer.width.div_ceil(2) as usize * gbuffer.height.div_ceil(2) as usize, NONE);
         let (columns, rows) = (gbuffer.width.div_ceil(1 << top), gbuffer.height.div_ceil(1 << top));
@@ -419,7 +612,15 @@ impl Refiner for Lattice {
                 break;
             }
         }
-        for &cell in self.kept.iter().flatten() {
+        for &(cell, verdict) in self.kept.iter().flatten() {
+            if self.config.certify {
+                let pixels = view.receivers(cell);
+                match verdict {
+                    Verdict::Lit => self.proved.lit += pixels,
+                    Verdict::Umbra => self.proved.umbra += pixels,
+                    _ => self.proved.bounded += pixels,
+                }
+            }
             let mut own = [NONE; 4];
             let mut count = 0;
             for sample in cell.corners(gbuffer).pixels().map(|pixel| self.corners[pixel]) {
@@ -430,6 +631,19 @@ impl Refiner for Lattice {
             }
             fragments.push_cell(cell.level, cell.x, cell.y, &own[..count]);
         }
+        self.expected = (self.config.target > 0.0).then(|| self.expect(&view, fragments));
+    }
+
+    fn patterns(&self, full: Pattern) -> Vec<Pattern> {
+        if self.config.target > 0.0 { Plan::patterns(full.kind) } else { vec![full] }
+    }
+
+    fn expected_error(&self) -> Option<f64> {
+        self.expected
+    }
+
+    fn proofs(&self) -> ProofCounts {
+        self.proved
     }
 
     /// None: it looks for breaks of another kind.
@@ -442,11 +656,17 @@ impl Refiner for Lattice {
         self.breaks.bytes()
             + (self.corners.capacity() + self.fractions.capacity() + self.fresh.capacity()) * 4
             + pending * size_of::<Square>()
-            + self.kept.capacity() * size_of::<Option<Square>>()
+            + self.kept.capacity() * size_of::<Option<(Square, Verdict)>>()
             + (self.owners.capacity() + self.suspects.capacity()) * 4
             + self.recent.capacity() * size_of::<(u32, u8)>()
             + self.verdicts.capacity()
             + self.suspected.capacity()
+            + (self.variances.capacity() + self.unshadowed.capacity()) * 4
+            + (self.partly.capacity() + self.partly_samples.capacity()) * 4
+            + self.trial.capacity() * size_of::<Trial>()
+            + self.certified.capacity() * size_of::<Square>()
+            + self.regions.capacity() * size_of::<Region>()
+            + self.proofs.capacity() * size_of::<Proof>()
             + self.wanted.bytes()
     }
 }

@@ -7,6 +7,7 @@ mod nichols;
 mod pixel_set;
 mod place;
 mod sfvt_gass;
+mod target;
 #[cfg(test)]
 mod tests;
 

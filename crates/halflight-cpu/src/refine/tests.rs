@@ -261,12 +261,13 @@ fn levels_of_row(floor: &Floor, fragments: &Fragments, y: u32) -> Vec<u8> {
 #[test]
 fn the_lattice_shares_corners_and_refines_what_it_cannot_predict() {
     let floor = Floor::new(256, 128);
-    let (open, rays) = floor.refine(&mut Lattice::default(), |_, _| u64::MAX);
+    let coarse = LatticeConfig { coarsest_level: 4, ..LatticeConfig::default() };
+    let (open, rays) = floor.refine(&mut Lattice::new(coarse), |_, _| u64::MAX);
     // One corner a cell of 16², and one more a row and a column, in the image's last pixels.
     assert_eq!((open.cells().len(), open.samples().len(), rays), (16 * 8, 17 * 9, 17 * 9 * 64));
     fractions(&floor, &open);
 
-    let (edge, _) = floor.refine(&mut Lattice::default(), |x, _| if x < 101 { 0 } else { u64::MAX });
+    let (edge, _) = floor.refine(&mut Lattice::new(coarse), |x, _| if x < 101 { 0 } else { u64::MAX });
     let levels = levels_of_row(&floor, &edge, 64);
     assert_eq!((levels[100], levels[50], levels[200]), (0, 4, 4));
     fractions(&floor, &edge);
@@ -274,11 +275,11 @@ fn the_lattice_shares_corners_and_refines_what_it_cannot_predict() {
     // A penumbra of 128 pixels: 16 of them differ by an eighth and are not trusted at once, but as they foretell what lies
     // between them, 8 are.
     let ramp = |x: u32, _: u32| first((x / 2).saturating_sub(32));
-    let (penumbra, _) = floor.refine(&mut Lattice::default(), ramp);
+    let (penumbra, _) = floor.refine(&mut Lattice::new(coarse), ramp);
     let levels = levels_of_row(&floor, &penumbra, 64);
     assert_eq!((levels[10], levels[100], levels[150], levels[240]), (4, 3, 3, 4));
     // Without any tolerance every pixel that differs from its neighbours is traced.
-    let exact = LatticeConfig { error: 0.0, ..LatticeConfig::default() };
+    let exact = LatticeConfig { error: 0.0, ..coarse };
     let (penumbra, _) = floor.refine(&mut Lattice::new(exact), ramp);
     assert!(levels_of_row(&floor, &penumbra, 64)[66..190].iter().all(|&level| level <= 1));
 }
@@ -292,7 +293,7 @@ fn a_thin_shadow_that_one_cell_finds_is_followed() {
     assert!(levels_of_row(&floor, &fragments, 37).iter().all(|&level| level == 0));
     assert!(rays < 256 * 128 * 64 / 4, "{rays}");
     let (blind, _) = floor.refine(&mut Lattice::default(), |_, y| if y == 37 { 0 } else { u64::MAX });
-    assert!(levels_of_row(&floor, &blind, 37).iter().all(|&level| level == 4), "nothing gives the wire away");
+    assert!(levels_of_row(&floor, &blind, 37).iter().all(|&level| level == 3), "nothing gives the wire away");
 }
 
 #[test]
@@ -344,25 +345,25 @@ fn cells_split_where_surfaces_may_shade_each_other_and_where_the_light_sets() {
     };
     // A table far above the floor: each has its own corners, whatever the other one sees.
     let table = |gbuffer: &mut GBuffer, pixel: usize| gbuffer.position[pixel].y -= 1.0;
-    assert_eq!(levels(&table, u64::MAX), (4, 2, 2, 4));
-    assert_eq!(levels(&table, 0), (4, 2, 2, 4));
+    assert_eq!(levels(&table, u64::MAX), (3, 2, 2, 3));
+    assert_eq!(levels(&table, 0), (3, 2, 2, 3));
     // A wall with some of the light behind it.
     let wall = |gbuffer: &mut GBuffer, pixel: usize| {
         gbuffer.normal[pixel] = -Vec3::X;
         let position = &mut gbuffer.position[pixel];
         (position.x, position.y) = (36.5 / 64.0 - 1.0, (pixel % 64) as f32 / 64.0 - 36.5 / 64.0);
     };
-    assert_eq!(levels(&wall, u64::MAX), (4, 0, 0, 4));
+    assert_eq!(levels(&wall, u64::MAX), (3, 0, 0, 3));
     // A slope that leans away from it: all of the light is before both.
     let slope = |gbuffer: &mut GBuffer, pixel: usize| {
         gbuffer.normal[pixel] = Vec3::new(-0.6, 0.8, 0.0);
         let position = &mut gbuffer.position[pixel];
         position.y = (position.x - (36.5 / 64.0 - 1.0)) * 0.6 / 0.8;
     };
-    assert_eq!(levels(&slope, u64::MAX), (4, 2, 2, 4));
+    assert_eq!(levels(&slope, u64::MAX), (3, 2, 2, 3));
     // Its own back, on the same plane.
     assert_eq!(
         levels(&|gbuffer: &mut GBuffer, pixel: usize| gbuffer.normal[pixel] = -Vec3::Y, u64::MAX),
-        (4, 0, 0, 4)
+        (3, 0, 0, 3)
     );
 }

@@ -1,6 +1,6 @@
 //! All segments between a box of receivers and a light: what lies outside can hide nothing from any of them.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use halflight_core::light::AreaLight;
 
 use crate::occluder::{Block, OverLight, Vector};
@@ -139,6 +139,33 @@ impl Hull {
         let most = receivers.add(spread).max(corner.add(u.max(zero)).add(v.max(zero)));
         let error = normal.abs().sum().mul(L::splat(8.0 * self.slack));
         inside & !(error.lt(least) | most.add(error).lt(zero))
+    }
+
+    /// The part of a segment that lies in the hull, if any does.
+    pub(crate) fn clip(&self, from: DVec3, to: DVec3) -> Option<(DVec3, DVec3)> {
+        let (mut start, mut end) = (0.0f64, 1.0f64);
+        let along = to - from;
+        // `value` at the start, and what it grows by to the end, must not exceed `limit`.
+        let mut cut = |value: f64, growth: f64, limit: f64| {
+            let left = limit - value;
+            if growth > 0.0 {
+                end = end.min(left / growth);
+            } else if growth < 0.0 {
+                start = start.max(left / growth);
+            } else if left < 0.0 {
+                end = -1.0;
+            }
+        };
+        for (axis, (i, j)) in OTHERS.into_iter().enumerate() {
+            cut(from[axis], along[axis], f64::from(self.high[axis]));
+            cut(-from[axis], -along[axis], -f64::from(self.low[axis]));
+            for side in &self.sides[axis][..self.counts[axis]] {
+                let (first, second) = (f64::from(side.first), f64::from(side.second));
+                let value = |point: DVec3| point[i] * first + point[j] * second;
+                cut(value(from), value(along), f64::from(side.limit));
+            }
+        }
+        (start <= end).then(|| (from + along * start, from + along * end))
     }
 
     /// Whether one triangle hides all of the light from everything in the receivers' box: it does if it does so from

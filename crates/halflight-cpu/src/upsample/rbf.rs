@@ -58,7 +58,7 @@ impl Default for RbfAdaptiveConfig {
 /// solve `Φ w = I`; two: normalised weights (Koa16 Eq. 3); one is copied. Where Φ is singular, which the papers leave
 /// open, the three are mixed with normalised weights as well.
 ///
-/// It does not reproduce constants, overshoots, and mixes values across edges: see [`RbfRobust`](super::RbfRobust).
+/// It does not reproduce constants, overshoots (what falls below zero is cut off), and mixes values across edges: see [`RbfRobust`](super::RbfRobust).
 #[derive(Debug, Default)]
 pub struct RbfFixed {
     config: RbfFixedConfig,
@@ -360,7 +360,8 @@ impl Target {
         let wc = (ab * bc - ac) * a.value + (ab * ac - bc) * b.value + (1.0 - ab * ab) * c.value;
         let at = |basis: &Basis| (-basis.distance2 / variance).exp();
         let value = (wa * at(&a) + wb * at(&b) + wc * at(&c)) / determinant;
-        value.is_finite().then_some(value)
+        // Between samples the Gaussians can fall below zero, which neither light nor its visible share does.
+        value.is_finite().then_some(value.max(0.0))
     }
 }
 

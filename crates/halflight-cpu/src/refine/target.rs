@@ -1,0 +1,234 @@
+//! How many light samples and how fine cells an error takes, judged by masks of the frame itself.
+
+use halflight_core::mask::MaskBatch;
+use halflight_core::pattern::{Pattern, PatternKind};
+
+/// Expected squared error of a stratified estimate, over the number of neighbouring samples that differ and the inverse square
+/// of the number of samples. An edge along the strata cuts one in each row, whose sample is wrong by p(1 − p) in the mean
+/// square, a sixth over all p; an oblique one cuts more, but many of them near a corner.
+const NOISE: f64 = 0.12;
+
+/// Share of differing neighbours at which samples are as good as independent: foliage. Then the error falls as the number of
+/// samples, and not as its power of 1.5 as at an edge.
+const INDEPENDENT: f64 = 0.35;
+
+/// Mean square error of interpolated pixels over the square of the error threshold and the image's mean square. Measured on
+/// the bundled scenes, from 1e-3 to 4e-3; what a cell adds by itself is [`CURVATURE`].
+const INTERPOLATION: f64 = 2e-3;
+
+/// Mean square error of a cell's pixels over the square of the difference between its corners.
+const CURVATURE: f64 = 0.1;
+
+/// Share of the target that is left to noise.
+const NOISE_SHARE: f64 = 0.6;
+
+/// Samples along one side of the light, fewest and most. Fewer than 16 miss too much, more than 1,024 cost more than any
+/// picture shows.
+const SIDES: std::ops::RangeInclusive<u16> = 4..=32;
+
+/// Samples along one side that every receiver is asked for at most; receivers in the penumbra get the rest.
+const FIRST: u16 = 8;
+
+/// What an error takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Plan {
+    /// Samples for every receiver.
+    pub(super) first: Pattern,
+    /// Samples for receivers that see part of the light.
+    pub(super) full: Pattern,
+    /// Difference of the visible fraction that is interpolated over.
+    pub(super) error: f32,
+    /// Coarsest level at which steps are interpolated along.
+    pub(super) step_level: u8,
+}
+
+/// Coarsest level at which steps are interpolated along: cells of 4 × 4 pixels. Thin things have no corner in larger ones.
+const STEP_LEVEL: u8 = 2;
+
+/// What steps hide from their cells' corners, as an NMSE₂, by the level of these; measured on the halls.
+const UNSEEN: [f64; 3] = [0.5e-5, 1e-5, 3e-5];
+
+/// Until a frame sets it.
+impl Default for Plan {
+    fn default() -> Self {
+        Self::trial(PatternKind::Jittered, 0.05)
+    }
+}
+
+impl Plan {
+    /// The same samples for all.
+    pub(super) fn fixed(pattern: Pattern, error: f32) -> Self {
+        Self { first: pattern, full: pattern, error, step_level: STEP_LEVEL }
+    }
+
+    /// Samples of a trial, from which the rest is judged.
+    pub(super) fn trial(kind: PatternKind, error: f32) -> Self {
+        Self::fixed(square(kind, FIRST), error)
+    }
+
+    /// What it takes to come down to an NMSE₂, by what a trial of receivers spread evenly over the image has shown.
+    pub(super) fn reach(target: f32, kind: PatternKind, trial: &[Trial]) -> Self {
+        let target = f64::from(target);
+        let energy: f64 = trial.iter().map(Trial::energy).sum();
+        let noise = |side: u16| trial.iter().map(|one| one.noise_with(side)).sum::<f64>();
+        let side = SIDES.into_iter().find(|&side| noise(side) <= NOISE_SHARE * target * energy);
+        let side = side.unwrap_or(*SIDES.end());
+        // Below the masks' own noise, pixels are no better than what they replace.
+        let deviation = 0.02 * (f64::from(FIRST * FIRST) / f64::from(side * side)).powf(0.75);
+        let error =
+            ((1.0 - NOISE_SHARE) * target / INTERPOLATION).sqrt().max(2.5 * deviation).clamp(0.01, 0.3);
+        let unseen = |&level: &usize| UNSEEN[level] <= target / 3.0;
+        let step_level = (0..UNSEEN.len()).rev().find(unseen).unwrap_or(0) as u8;
+        Self {
+            first: square(kind, side.min(FIRST)),
+            full: square(kind, side),
+            error: error as f32,
+            step_level,
+        }
+    }
+
+    /// All patterns that a plan may have.
+    pub(super) fn patterns(kind: PatternKind) -> Vec<Pattern> {
+        SIDES.map(|side| square(kind, side)).collect()
+    }
+}
+
+fn square(kind: PatternKind, side: u16) -> Pattern {
+    Pattern { kind, columns: side, rows: side }
+}
+
+/// What one receiver of a trial showed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Trial {
+    /// Unshadowed irradiance per radiance.
+    pub(super) unshadowed: f32,
+    /// Visible fraction; NaN for none.
+    pub(super) fraction: f32,
+    /// Expected squared error of the fraction.
+    pub(super) variance: f32,
+    /// Share of neighbouring samples that differ.
+    pub(super) torn: f32,
+}
+
+impl Trial {
+    fn energy(&self) -> f64 {
+        f64::from(self.unshadowed * self.fraction.max(0.0)).powi(2)
+    }
+
+    /// Expected squared error with this many samples along a side.
+    fn noise_with(&self, side: u16) -> f64 {
+        let power = 1.5 - 0.5 * (f64::from(self.torn) / INDEPENDENT).min(1.0);
+        let fewer = f64::from(FIRST * FIRST) / f64::from(side * side);
+        f64::from(self.unshadowed).powi(2) * f64::from(self.variance) * fewer.powf(power)
+    }
+}
+
+/// Expected squared error of the visible fraction that a query's mask gives, and the share of neighbouring samples that
+/// differ.
+pub(super) fn variance(batch: &MaskBatch, query: usize) -> (f32, f32) {
+    let (wanted, visible) = (batch.wanted(query), batch.visible(query));
+    let (mut lit, mut unlit) = (0, 0);
+    for (&wanted, &visible) in wanted.iter().zip(visible) {
+        lit |= wanted & visible;
+        unlit |= wanted & !visible;
+    }
+    if lit == 0 || unlit == 0 {
+        return (0.0, 0.0);
+    }
+    let pattern = batch.pattern();
+    let (columns, len) = (usize::from(pattern.columns), pattern.len());
+    let bit = |words: &[u64], index: usize| words[index / 64] >> (index % 64) & 1 == 1;
+    let (mut count, mut pairs, mut differ) = (0u32, 0u32, 0u32);
+    for index in (0..len).filter(|&index| bit(wanted, index)) {
+        count += 1;
+        let right = (index % columns + 1 < columns).then_some(index + 1);
+        let below = (index + columns < len).then_some(index + columns);
+        for next in [right, below].into_iter().flatten().filter(|&next| bit(wanted, next)) {
+            pairs += 1;
+            differ += u32::from(bit(visible, index) != bit(visible, next));
+        }
+    }
+    let (count, differ) = (f64::from(count), f64::from(differ));
+    ((NOISE * differ / (count * count)) as f32, (differ / f64::from(pairs.max(1))) as f32)
+}
+
+/// Expected squared error of the visible fraction in a cell, by what its corners have: their fractions and the expected
+/// squared errors of these. `error` is how far off a cell's corners may have been foretold: a steep cell was kept since they
+/// were.
+pub(super) fn cell_variance(fractions: impl Iterator<Item = (f32, f32)>, error: f32) -> f64 {
+    let (mut low, mut high, mut sum, mut count) = (f32::INFINITY, f32::NEG_INFINITY, 0.0, 0.0);
+    for (fraction, variance) in fractions.filter(|(fraction, _)| !fraction.is_nan()) {
+        (low, high) = (low.min(fraction), high.max(fraction));
+        sum += f64::from(variance);
+        count += 1.0;
+    }
+    if count == 0.0 {
+        return 0.0;
+    }
+    // Bilinear weights squared have a mean sum of 4/9.
+    4.0 / 9.0 * sum / count + CURVATURE * f64::from((high - low).min(error)).powi(2)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+    use halflight_core::mask::Purpose;
+
+    use super::*;
+
+    /// A mask of samples left of a line, and how much of the light that is.
+    fn edge(side: u16, key: u32, slope: f32, place: f32) -> (MaskBatch, f32) {
+        let pattern = square(PatternKind::Jittered, side);
+        let mut batch = MaskBatch::default();
+        batch.reset(0, pattern, Purpose::Final);
+        batch.push(Vec3::ZERO, Vec3::Y, 0, key, None);
+        let parts = batch.parts();
+        let mut seen = 0;
+        for index in 0..pattern.len() {
+            let at = pattern.position(index, key);
+            if at.x + slope * (at.y - 0.5) < place {
+                parts.visible[index / 64] |= 1 << (index % 64);
+                seen += 1;
+            }
+        }
+        (batch, seen as f32 / pattern.len() as f32)
+    }
+
+    #[test]
+    fn the_noise_of_edges_is_foretold() {
+        for side in [4, 8, 16] {
+            for slope in [0.0, 0.4, 0.9] {
+                let (mut expected, mut found) = (0.0, 0.0);
+                for key in 0..4000u32 {
+                    let place = 0.46 + 0.08 * (key as f32 / 4000.0);
+                    let (batch, fraction) = edge(side, key * 77 + 1, slope, place);
+                    expected += f64::from(variance(&batch, 0).0);
+                    found += f64::from(fraction - place).powi(2);
+                }
+                let ratio = expected / found;
+                assert!((0.5..2.0).contains(&ratio), "{side} {slope}: {ratio}");
+            }
+        }
+        let (batch, _) = edge(8, 1, 0.0, 2.0);
+        assert_eq!(variance(&batch, 0), (0.0, 0.0));
+    }
+
+    #[test]
+    fn smaller_errors_take_more_samples_and_finer_cells() {
+        let one = Trial { unshadowed: 1.0, fraction: 0.5, variance: 4e-4, torn: 0.07 };
+        let lit = Trial { unshadowed: 1.0, fraction: 1.0, ..Trial::default() };
+        let trial: Vec<Trial> = [one; 10].into_iter().chain([lit; 90]).collect();
+        let reach = |target| Plan::reach(target, PatternKind::Jittered, &trial);
+        // Noise is 10 · 4e-4 over an energy of 92.5: 4.3e-5 with 64 samples.
+        let (coarse, fine, finest) = (reach(1e-3), reach(1e-4), reach(1e-6));
+        assert!(coarse.full.len() < 64 && coarse.first == coarse.full);
+        assert_eq!(fine.full.len(), 64);
+        assert!(finest.full.len() > 256 && finest.first.len() == 64);
+        assert!(coarse.error > fine.error && fine.error > finest.error);
+        // Foliage takes more for the same.
+        let torn: Vec<Trial> = trial.iter().map(|one| Trial { torn: 0.5, ..*one }).collect();
+        assert!(Plan::reach(1e-5, PatternKind::Jittered, &torn).full.len() > reach(1e-5).full.len());
+        // Darkness takes nothing.
+        assert_eq!(Plan::reach(1e-4, PatternKind::Jittered, &[]).full.len(), 16);
+    }
+}

@@ -1,0 +1,199 @@
+//! What a shaft and the triangles in it say about all receivers of a region at once.
+
+use glam::{DVec3, Vec3};
+use halflight_core::light::AreaLight;
+use halflight_core::proof::{Proof, Region};
+use rayon::prelude::*;
+
+use super::{Gather, Hull, List};
+use crate::bvh::Bvh;
+use crate::pool::Pool;
+use crate::simd::{Isa, Kernel, Simd};
+
+/// Triangles in a shaft beyond which nothing is tried: the region is too large for what is there.
+const MOST: usize = 64;
+
+/// Triangles that are tried as one that covers the whole shaft: where there are more, a single one seldom does.
+const COVERS: usize = 16;
+
+/// Proves things about regions.
+#[derive(Debug, Default)]
+pub(crate) struct Prover {
+    pool: Pool<Work>,
+}
+
+/// Working memory for one region after another.
+#[derive(Default)]
+struct Work {
+    list: List,
+    waiting: Vec<u32>,
+    edges: Vec<Edge>,
+}
+
+impl Prover {
+    /// Writes one proof a region.
+    pub(crate) fn prove(&self, bvh: &Bvh, light: &AreaLight, regions: &[Region], proofs: &mut Vec<Proof>) {
+        let isa = Isa::best();
+        let prove = |region: &Region| {
+            self.pool.lend(Work::default, |work| isa.run(Attempt { work, bvh, light, region: *region }))
+        };
+        regions.par_iter().with_min_len(16).map(prove).collect_into_vec(proofs);
+    }
+}
+
+/// A try at one region.
+struct Attempt<'a> {
+    work: &'a mut Work,
+    bvh: &'a Bvh,
+    light: &'a AreaLight,
+    region: Region,
+}
+
+impl Kernel for Attempt<'_> {
+    type Output = Proof;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Proof {
+        let Self { work: Work { list, waiting, edges }, bvh, light, region } = self;
+        // What is no number is open.
+        if !(region.low.cmple(region.high).all() && region.low.is_finite() && region.high.is_finite()) {
+            return Proof::Open;
+        }
+        let hull = Hull::new(region.low, region.high, light, bvh.largest());
+        if !S::call(Gather { list, waiting, bvh, hull: &hull, most: MOST }) {
+            return Proof::Open;
+        }
+        if list.len() == 0 {
+            return Proof::Lit;
+        }
+        let places = || (0..list.len()).map(|place| (&list.blocks()[place / 8], place % 8));
+        if list.len() <= COVERS && places().any(|(block, lane)| hull.is_covered::<S>(block, lane)) {
+            return Proof::Umbra;
+        }
+        let Some(sweep) = Sweep::new(light, &region) else { return Proof::Open };
+        edges.clear();
+        for (block, lane) in places() {
+            let corners = block.triangle_corners(lane);
+            for first in 0..3 {
+                let (p, q, other) = (corners[first], corners[(first + 1) % 3], corners[(first + 2) % 3]);
+                if let Some((from, to)) = hull.clip(p.as_dvec3(), q.as_dvec3()) {
+                    edges.push(Edge::new(p, q, other, sweep.area(from, to)));
+                }
+            }
+        }
+        match bound(edges, &region) {
+            area if area < 1.0 => Proof::Bounded(area as f32),
+            _ => Proof::Open,
+        }
+    }
+}
+
+/// How far shadows move on the light when a receiver moves through a region.
+struct Sweep {
+    corner: DVec3,
+    normal: DVec3,
+    /// A point of the light's plane has coordinates 0 … 1 on the light, by its products with these.
+    dual: [DVec3; 2],
+    middle: DVec3,
+    /// Height of the lowest receiver above the light's plane.
+    lowest: f64,
+    /// How far receivers lie apart, over the cosine of the flattest way to the light.
+    apart: f64,
+}
+
+impl Sweep {
+    /// `None` where the light's plane crosses the region.
+    fn new(light: &AreaLight, region: &Region) -> Option<Self> {
+        let (low, high) = (region.low.as_dvec3(), region.high.as_dvec3());
+        let (corner, u, v) = (light.corner.as_dvec3(), light.edge_u.as_dvec3(), light.edge_v.as_dvec3());
+        let (middle, half) = ((low + high) * 0.5, (high - low) * 0.5);
+        let cross = u.cross(v);
+        let mut normal = cross.try_normalize()?;
+        if normal.dot(middle - corner) < 0.0 {
+            normal = -normal;
+        }
+        let lowest = normal.dot(middle - corner) - normal.abs().dot(half);
+        let farthest = light.corners().into_iter().map(|c| (c.as_dvec3() - middle).length());
+        let farthest = farthest.fold(0.0, f64::max) + half.length();
+        (lowest > 0.0).then(|| Self {
+            corner,
+            normal,
+            dual: [v.cross(cross) / cross.length_squared(), cross.cross(u) / cross.length_squared()],
+            middle,
+            lowest,
+            apart: 2.0 * half.length() * farthest / lowest,
+        })
+    }
+
+    /// The share of the light that an edge can pass over; infinite where it comes as near the light's plane as receivers
+    /// or lies on both its sides.
+    fn area(&self, from: DVec3, to: DVec3) -> f64 {
+        let height = |point: DVec3| self.normal.dot(point - self.corner).max(0.0);
+        let farther = height(from).max(height(to));
+        if farther >= self.lowest * 0.999 {
+            return f64::INFINITY;
+        }
+        // A shadow's edge moves as the far end of a lever that turns about the occluder's.
+        let moved = self.apart * farther / (self.lowest - farther);
+        let shadow = |point: DVec3| {
+            let (there, here) = (height(point), self.normal.dot(self.middle - self.corner));
+            let place = self.middle + (point - self.middle) * (here / (here - there)) - self.corner;
+            self.dual.map(|axis| axis.dot(place))
+        };
+        let ([a, b], [c, d]) = (shadow(from), shadow(to));
+        let [along, across] = self.dual.map(|axis| axis.length() * moved);
+        (c - a).abs() * across + (d - b).abs() * along + 4.0 * along * across
+    }
+}
+
+/// An edge of a triangle in the shaft.
+struct Edge {
+    /// Its ends as bits, in one order for both directions.
+    ends: [[u32; 3]; 2],
+    points: [DVec3; 2],
+    /// The triangle's other corner.
+    other: DVec3,
+    area: f64,
+}
+
+impl Edge {
+    fn new(p: Vec3, q: Vec3, other: Vec3, area: f64) -> Self {
+        let bits = |point: Vec3| point.to_array().map(f32::to_bits);
+        let (p, q) = if bits(p) <= bits(q) { (p, q) } else { (q, p) };
+        Self { ends: [bits(p), bits(q)], points: [p.as_dvec3(), q.as_dvec3()], other: other.as_dvec3(), area }
+    }
+
+    /// Six times the volume of the tetrahedron of a point and the triangle: its sign says on which side of the edge the
+    /// point sees the triangle.
+    fn volume(&self, ends: &[DVec3; 2], from: DVec3) -> f64 {
+        (ends[0] - from).cross(ends[1] - from).dot(self.other - from)
+    }
+}
+
+/// The share of the light by which what all triangles hide can differ between receivers: what the edges of their union pass
+/// over. An edge that two triangles share and that all receivers see them on both sides of is none of these.
+fn bound(edges: &mut [Edge], region: &Region) -> f64 {
+    edges.sort_unstable_by(|a, b| a.ends.cmp(&b.ends).then(a.area.total_cmp(&b.area)));
+    let corners: [DVec3; 8] = std::array::from_fn(|corner| {
+        let pick = |axis: usize| if corner >> axis & 1 == 0 { region.low[axis] } else { region.high[axis] };
+        Vec3::new(pick(0), pick(1), pick(2)).as_dvec3()
+    });
+    let size = corners[0].abs().max(corners[7].abs()).max_element();
+    let parts = |a: &Edge, b: &Edge| {
+        let scale = a.points[0].abs().max(a.points[1].abs()).max(a.other.abs()).max(b.other.abs());
+        // Volumes are linear in the receiver, so the box's corners have the extremes.
+        let least = (scale.max_element() + size).powi(3) * 1e-14;
+        let sign = a.volume(&a.points, corners[0]).signum();
+        corners.iter().all(|&corner| {
+            sign * a.volume(&a.points, corner) > least && sign * b.volume(&a.points, corner) < -least
+        })
+    };
+    let mut area = 0.0;
+    for group in edges.chunk_by(|a, b| a.ends == b.ends) {
+        let inner = group.iter().enumerate().any(|(at, a)| group[at + 1..].iter().any(|b| parts(a, b)));
+        if !inner {
+            area += group.iter().map(|edge| edge.area).sum::<f64>();
+        }
+    }
+    area
+}
