@@ -6,3 +6,4 @@ mod convergence;
 mod determinism;
 mod placement;
 mod sizes;
+mod thin_shadows;

@@ -133,6 +133,14 @@ pub(crate) struct Choices {
     /// Size in pixels [default: 640x480].
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<(u32, u32)>,
+    /// NMSE₂ to come down to, such as 1e-4: the lattice with as many light samples and as fine cells as that takes. What is
+    /// to be expected is among the statistics.
+    #[arg(long, value_name = "NMSE2", value_parser = target, conflicts_with_all = ["refiner", "upsampler", "shading", "samples"])]
+    pub(crate) error: Option<f32>,
+    /// Interpolate only where it is proved that no thin shadow is missed. The lattice with a backend that proves things:
+    /// bvh or beam.
+    #[arg(long, conflicts_with_all = ["refiner", "upsampler", "shading"])]
+    pub(crate) certify: bool,
     /// Which fragments the image is made of [default: sfvt-gass].
     #[arg(long, value_parser = PossibleValuesParser::new(<RefinerConfig as Named>::NAMES))]
     pub(crate) refiner: Option<String>,
@@ -230,6 +238,11 @@ fn frames(text: &str) -> Result<Range<u32>, String> {
 fn fps(text: &str) -> Result<f64, String> {
     let value = text.parse().ok().filter(|value| (1e-3..=1e6).contains(value));
     value.ok_or_else(|| "expected frames a second from 0.001 to 1000000".to_owned())
+}
+
+fn target(text: &str) -> Result<f32, String> {
+    let target = positive(text)?;
+    if target < 1.0 { Ok(target) } else { Err("expected less than 1, such as 1e-4".to_owned()) }
 }
 
 fn positive(text: &str) -> Result<f32, String> {

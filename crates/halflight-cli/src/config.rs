@@ -22,7 +22,15 @@ pub(crate) fn configure(choices: &Choices) -> Result<PipelineConfig, String> {
         let within = |message: String| format!("--set {setting}: {message}");
         config.lay(&parse_setting(setting).map_err(within)?).map_err(within)?;
     }
-    config.finish()
+    let config = config.finish()?;
+    if let RefinerConfig::Lattice(lattice) = config.refiner
+        && lattice.certify
+        && !matches!(config.visibility, VisibilityConfig::Bvh | VisibilityConfig::Beam)
+    {
+        let name = config.visibility.name();
+        return Err(format!("visibility.name is {name}, which proves nothing: to certify takes bvh or beam"));
+    }
+    Ok(config)
 }
 
 /// The options as the keys they stand for.
@@ -36,10 +44,20 @@ fn options(choices: &Choices) -> Value {
     let text = |option: &Option<String>| option.as_ref().map(|value| json!(value));
     put("width", choices.size.map(|(width, _)| json!(width)));
     put("height", choices.size.map(|(_, height)| json!(height)));
-    put("refiner", choices.refiner.as_ref().map(|name| json!({ "name": name })));
+    let lattice = choices.error.is_some() || choices.certify;
+    let mut refiner = json!({});
+    if lattice {
+        refiner = json!({ "name": "lattice", "certify": choices.certify });
+    } else if let Some(name) = &choices.refiner {
+        refiner = json!({ "name": name });
+    }
+    if let Some(error) = choices.error {
+        refiner["target"] = json!(error);
+    }
+    put("refiner", Some(refiner));
     put("visibility", choices.visibility.as_ref().map(|name| json!({ "name": name })));
-    put("upsampler", text(&choices.upsampler));
-    put("shading", text(&choices.shading));
+    put("upsampler", if lattice { Some(json!("lattice")) } else { text(&choices.upsampler) });
+    put("shading", if lattice { Some(json!("ratio")) } else { text(&choices.shading) });
     put("seed", choices.seed.map(|seed| json!(seed)));
     // It needs samples in rows.
     let rows = (choices.visibility.as_deref() == Some("raster4d")).then(|| json!("shifted-rows"));

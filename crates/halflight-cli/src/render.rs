@@ -227,6 +227,21 @@ fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, build_ms: f
     if pairs > 0 {
         lines.push(format!("  pairs      {pairs}, {kept} kept; binned in {prepare_ms:.1} ms"));
     }
+    let ProofCounts { lit, umbra, bounded, traced } = stats.proofs;
+    let pixels = lit + umbra + bounded + traced;
+    if pixels > 0 {
+        let share = |count: u64| 100.0 * count as f64 / pixels as f64;
+        lines.push(format!(
+            "  proved     {:.1} % of the receivers: {:.1} % lit, {:.1} % umbra, {:.1} % bounded; the others traced",
+            share(lit + umbra + bounded),
+            share(lit),
+            share(umbra),
+            share(bounded)
+        ));
+    }
+    if let Some(error) = stats.expected_nmse2 {
+        lines.push(format!("  expected   NMSE2 {error:.1e}"));
+    }
     let memory = stats.peak_bytes as f64 / f64::from(1 << 20);
     lines.push(format!("  memory     {memory:.1} MiB; hierarchy built in {build_ms:.1} ms"));
     lines.join("\n")

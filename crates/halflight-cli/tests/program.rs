@@ -66,6 +66,30 @@ fn keys(value: &Value) -> Vec<&str> {
 const SMALL: &str = "render contact --size 48x36";
 
 #[test]
+fn an_error_to_come_down_to_and_proofs_are_reported() {
+    let place = Place::new("targets");
+    place.good(&format!("{SMALL} --error 1e-4 --certify --png a.png --stats s.json"));
+    let stats = json(&place.path("s.json"));
+    assert_eq!(stats["config"]["refiner"]["name"], "lattice");
+    assert_eq!(stats["config"]["upsampler"], "lattice");
+    let expected = stats["expected_nmse2"].as_f64().unwrap();
+    assert!(expected > 0.0 && expected < 1e-2, "{expected}");
+    let counts = stats["proofs"].as_object().unwrap().values().map(|count| count.as_u64().unwrap());
+    let proofs: Vec<u64> = counts.collect();
+    assert!(proofs.iter().sum::<u64>() > 1000 && proofs.iter().filter(|&&count| count > 0).count() > 1);
+    for (options, words) in [
+        ("--error 0", "above 0"),
+        ("--error 2", "less than 1"),
+        ("--error 1e-4 --samples 16", "--samples"),
+        ("--certify --refiner full", "--refiner"),
+        ("--certify --visibility voxel", "proves nothing"),
+    ] {
+        let message = place.bad(&format!("{SMALL} {options} --png b.png"));
+        assert!(message.contains(words), "{options}: {message}");
+    }
+}
+
+#[test]
 fn render_writes_what_it_is_asked_for_and_nothing_else() {
     let place = Place::new("render");
     place.good(&format!("{SMALL} --out a.exr --png a.png --fragment-map f.png --stats s.json"));

@@ -403,7 +403,7 @@ impl Lattice {
         let corners = cell.corners(view.gbuffer);
         let found = corners.pixels().map(|pixel| self.fraction(pixel));
         if self.breaks.inside(cell.level, cell.x, cell.y) == Between::Step {
-            return self.holds_step(view, &corners, &found);
+            return self.holds_step(view, cell.level, &corners, &found);
         }
         match found.iter().filter(|fraction| fraction.is_nan()).count() {
             0 => {}
@@ -437,7 +437,7 @@ impl Lattice {
 
     /// Whether a cell across a step can be interpolated over: corners on one surface agree, and one that is alone on its own
     /// sees all of the light or nothing.
-    fn holds_step(&self, view: &View, corners: &Corners, found: &[f32; 4]) -> bool {
+    fn holds_step(&self, view: &View, level: u8, corners: &Corners, found: &[f32; 4]) -> bool {
         let (pixels, places) = (corners.pixels(), corners.places());
         (0..4).filter(|&one| view.gbuffer.is_receiver(pixels[one])).all(|one| {
             let mut alone = true;
@@ -453,7 +453,8 @@ impl Lattice {
                     return false;
                 }
             }
-            !alone || found[one] == 0.0 || found[one] == 1.0 || found[one].is_nan()
+            let plain = found[one] == 0.0 || found[one] == 1.0 || found[one].is_nan();
+            !alone || plain && level == 1
         })
     }
 

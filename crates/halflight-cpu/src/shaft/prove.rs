@@ -197,3 +197,97 @@ fn bound(edges: &mut [Edge], region: &Region) -> f64 {
     }
     area
 }
+
+#[cfg(test)]
+mod tests {
+    use halflight_core::mask::{MaskBatch, Purpose};
+    use halflight_core::pattern::{Pattern, PatternKind};
+    use halflight_core::scene::Scene;
+
+    use super::*;
+    use crate::brute_force::BruteForce;
+    use crate::bvh::tests::meshes::{answer, clusters, cuboid, hall, lamp, scene, soup, sphere};
+
+    /// The share of the light that each receiver sees, by 16 × 16 samples.
+    fn shares(scene: &Scene, receivers: &[Vec3]) -> Vec<f32> {
+        let pattern = Pattern { kind: PatternKind::Grid, columns: 16, rows: 16 };
+        let mut batch = MaskBatch::default();
+        batch.reset(0, pattern, Purpose::Final);
+        for &receiver in receivers {
+            batch.push(receiver, Vec3::Y, 0, 0, None);
+        }
+        let bits = answer(&mut BruteForce, scene, &mut batch);
+        bits.chunks(4).map(|mask| mask.iter().map(|w| w.count_ones()).sum::<u32>() as f32 / 256.0).collect()
+    }
+
+    #[test]
+    fn what_is_proved_holds_at_every_receiver() {
+        let lamp = lamp(Vec3::new(4.0, 3.8, 8.0), 1.5);
+        let mut boxes = soup(40, 0.6);
+        boxes.iter_mut().flatten().for_each(|corner| *corner += Vec3::new(4.0, 1.8, 8.0));
+        let mut ball = sphere(8);
+        ball.iter_mut().flatten().for_each(|corner| *corner = *corner * 0.5 + Vec3::new(4.0, 2.0, 8.0));
+        let table = cuboid(Vec3::new(2.0, 2.0, 6.0), Vec3::new(6.0, 2.1, 10.0));
+        let slab = cuboid(Vec3::new(0.0, 2.0, 0.0), Vec3::new(20.0, 2.1, 20.0));
+        let (mut lit, mut umbra, mut bounded, mut tight) = (0, 0, 0, 0);
+        for mesh in [hall(), boxes, ball, table, slab] {
+            let scene = scene(&mesh, lamp);
+            let bvh = Bvh::build(&scene.mesh).unwrap();
+            let origins = clusters(40, Vec3::new(1.0, 0.02, 4.0), Vec3::new(7.0, 0.6, 12.0));
+            for size in [0.002, 0.02, 0.2] {
+                let middle = |&low: &Vec3| Region { low, high: low + Vec3::new(size, size * 0.1, size) };
+                let regions: Vec<Region> = origins.iter().map(middle).collect();
+                let mut proofs = Vec::new();
+                Prover::default().prove(&bvh, &scene.lights[0], &regions, &mut proofs);
+                for (region, proof) in regions.iter().zip(proofs) {
+                    let at =
+                        |x: f32, y: f32, z: f32| region.low + (region.high - region.low) * Vec3::new(x, y, z);
+                    let receivers = [
+                        at(0.0, 0.0, 0.0),
+                        at(1.0, 0.0, 0.0),
+                        at(0.0, 1.0, 1.0),
+                        at(1.0, 0.5, 1.0),
+                        at(0.4, 0.3, 0.6),
+                    ];
+                    let shares = shares(&scene, &receivers);
+                    let low = shares.iter().copied().fold(1.0, f32::min);
+                    let high = shares.iter().copied().fold(0.0, f32::max);
+                    match proof {
+                        Proof::Lit => assert_eq!((low, high), (1.0, 1.0)),
+                        Proof::Umbra => assert_eq!((low, high), (0.0, 0.0)),
+                        // Samples count an edge across the light to within a row of 16, and a shape has two.
+                        Proof::Bounded(share) => {
+                            assert!(high - low <= share + 2.0 / 16.0, "{share}: {shares:?}")
+                        }
+                        Proof::Open => {}
+                    }
+                    lit += u32::from(proof == Proof::Lit);
+                    umbra += u32::from(proof == Proof::Umbra);
+                    bounded += u32::from(matches!(proof, Proof::Bounded(share) if share < 0.5));
+                    tight += u32::from(matches!(proof, Proof::Bounded(share) if share < 0.5 && high > low));
+                }
+            }
+        }
+        // All kinds, and bounded ones that do vary.
+        assert!(lit > 20 && umbra > 5 && bounded > 20 && tight > 5, "{lit} {umbra} {bounded} {tight}");
+    }
+
+    #[test]
+    fn regions_without_sense_are_open() {
+        let scene = scene(&hall(), lamp(Vec3::new(4.0, 3.8, 8.0), 1.5));
+        let bvh = Bvh::build(&scene.mesh).unwrap();
+        let mut proofs = Vec::new();
+        let everywhere = Region { low: Vec3::NEG_INFINITY, high: Vec3::INFINITY };
+        let nan = Region { low: Vec3::NAN, high: Vec3::ONE };
+        // Across the light's plane.
+        let across = Region { low: Vec3::new(3.9, 3.0, 7.9), high: Vec3::new(4.1, 4.0, 8.1) };
+        Prover::default().prove(
+            &bvh,
+            &scene.lights[0],
+            &[Region::EMPTY, everywhere, nan, across],
+            &mut proofs,
+        );
+        assert_eq!(proofs[..3], [Proof::Open; 3]);
+        assert_ne!(proofs[3], Proof::Lit);
+    }
+}
