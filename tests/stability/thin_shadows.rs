@@ -67,7 +67,7 @@ fn with_proofs_no_thin_shadow_is_missed() {
         );
         assert_eq!(missed_with, 0, "{name}");
         assert!(spared > 0.05, "{name}: all was traced");
-        // Otherwise these two show nothing.
-        assert!(!matches!(name, "wires" | "slit") || missed_without > 10, "{name}: {missed_without}");
+        // Otherwise they show nothing; the slit is found at a corner and followed.
+        assert!(name != "wires" || missed_without > 10, "{missed_without}");
     }
 }
