@@ -26,7 +26,7 @@ use halflight_cpu::irradiance::{Sums, query_sums};
 use halflight_cpu::pipeline::PipelineError;
 use halflight_cpu::refine::Full;
 use halflight_cpu::unshadowed::unshadowed;
-use halflight_metrics::{CompareError, Image, ImageError, WriteError, halves_noise};
+use halflight_metrics::{CompareError, Image, ImageError, WriteError, flicker, halves_noise};
 use rayon::prelude::*;
 
 use crate::culled::Culled;
@@ -78,6 +78,9 @@ pub struct Reference {
     pub samples: u32,
     /// Estimated NMSE₂ against the true image, from the two halves.
     pub noise_nmse2: f64,
+    /// Estimated mean [`flicker`](flicker()) that its noise makes from frame to frame, where frames have samples of
+    /// their own; from the two halves.
+    pub noise_flicker: f64,
 }
 
 /// Why there is no reference.
@@ -235,12 +238,19 @@ fn finish(scene: &Scene, seen: &GBuffer, state: &State) -> Result<Reference, Ref
     };
     let mask: Vec<bool> = (0..seen.pixels()).map(|pixel| seen.is_receiver(pixel)).collect();
     let (even, odd) = (image(&[0]), image(&[1]));
-    let half = |pixels| Image::new(seen.width, seen.height, pixels)?.with_mask(&mask);
+    let view = |pixels| Image::new(seen.width, seen.height, pixels)?.with_mask(&mask);
+    let whole = image(&[0, 1]);
+    let (even, odd, mean) = (view(&even)?, view(&odd)?, view(&whole)?);
+    // The halves differ by twice the error of their mean, frames by √2 of it.
+    let noise_flicker = flicker([even, mean], [odd, mean])?.mean / 2f64.sqrt();
+    let noise_nmse2 = halves_noise(even, odd)?;
+    let samples = state.passes * PASS;
     Ok(Reference {
         width: seen.width,
         height: seen.height,
-        irradiance: image(&[0, 1]),
-        samples: state.passes * PASS,
-        noise_nmse2: halves_noise(half(&even)?, half(&odd)?)?,
+        irradiance: whole,
+        samples,
+        noise_nmse2,
+        noise_flicker,
     })
 }

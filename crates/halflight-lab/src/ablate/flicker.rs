@@ -30,7 +30,7 @@ pub struct FrameError {
     pub nmse2: f64,
     /// From the frame before to this one; none for the first.
     pub flicker: Option<Flicker>,
-    /// The mean that the noise of the references alone may come to.
+    /// The mean that the noise of the reference makes of it; less where, as here, its samples are the same in all frames.
     pub noise: f64,
 }
 
@@ -104,7 +104,6 @@ pub(super) fn measure(
         };
         let truth = reference(&scene, &bvh, &config, Some(references), &mut said)?;
         let receivers = receivers(&scene, &bvh, &config);
-        let noise = noise(&truth, &receivers);
         let mut images = Vec::with_capacity(rows.len());
         for (index, row) in rows.iter().enumerate() {
             progress.now(format!("{}: frame {number} of {of}, {}", setting.label, row.label()));
@@ -123,7 +122,7 @@ pub(super) fn measure(
                 None => None,
             };
             let nmse2 = nmse2(now[0], now[1]).map_err(unlike)?;
-            frames[index].push(FrameError { time_s, nmse2, flicker, noise });
+            frames[index].push(FrameError { time_s, nmse2, flicker, noise: truth.noise_flicker });
             images.push(image);
         }
         before = Some(Before { reference: truth, receivers, images });
@@ -143,18 +142,6 @@ fn view<'a>(
     mask: &'a [bool],
 ) -> Result<Image<'a>, AblateError> {
     Ok(Image::new(config.width, config.height, pixels)?.with_mask(mask)?)
-}
-
-/// The mean flicker that independent noise of the reference's size comes to: for normal noise of deviation σ, the
-/// change from frame to frame is 2σ/√π in the mean. Where σ varies over the image it is less.
-fn noise(reference: &Reference, receivers: &[bool]) -> f64 {
-    let lit = reference.irradiance.iter().zip(receivers).filter(|(_, receives)| **receives);
-    let (sum, squares, count) = lit.fold((0.0, 0.0, 0.0), |(sum, squares, count), (value, _)| {
-        let value = value.as_dvec3();
-        (sum + value.element_sum() / 3.0, squares + value.length_squared() / 3.0, count + 1.0)
-    });
-    let sigma = (reference.noise_nmse2 * squares / count).sqrt();
-    if sum > 0.0 { 2.0 / std::f64::consts::PI.sqrt() * sigma / (sum / count) } else { 0.0 }
 }
 
 /// A line for each frame of each row.
@@ -195,7 +182,7 @@ pub(super) fn bars(title: String, rows: &[&Finished]) -> Bars {
         title,
         quantities: ["mean".to_string(), "99th percentile".to_string()],
         unit: "|Δ frame − Δ reference| over the reference's mean, luminance".to_string(),
-        note: format!("The reference's own noise makes at most {noise:.1e} of each mean."),
+        note: format!("The reference's own noise makes at most about {noise:.1e} of each mean."),
         bars,
     }
 }
