@@ -166,7 +166,7 @@ fn close() -> [Case; 7] {
         .block(Vec3::new(-0.4, 2.4, -0.4), Vec3::new(0.4, 2.8, 0.4))
         .seen(Vec3::new(0.3, 1.5, 3.0), Vec3::new(0.0, 0.0, 0.0));
     let behind_the_eye = Set::floor()
-        .block(Vec3::new(-1.0, 0.0, 4.0), Vec3::new(1.0, 1.5, 4.4))
+        .block(Vec3::new(-1.0, 0.0, 4.0), Vec3::new(1.0, 2.4, 4.4))
         .light(square_light(Vec3::new(0.0, 4.0, 6.0), 1.0))
         .seen(Vec3::new(0.0, 2.0, 3.0), Vec3::new(0.0, 0.0, 0.0));
     [

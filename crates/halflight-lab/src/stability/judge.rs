@@ -8,6 +8,10 @@ use glam::Vec3;
 /// yardsticks are raised to it, so that no method is called degraded for errors that nobody sees.
 pub const NOTHING: f64 = 1e-5;
 
+/// NMSE₂ that a method is granted in the easy case: 3 % of the irradiance. What is worse there cannot be an excuse
+/// elsewhere.
+pub const GRANTED: f64 = 1e-3;
+
 /// A picture is degraded when its NMSE₂ is more than this many times the yardstick: twice the RMS error, well above what
 /// another set of light samples would change.
 pub const DEGRADED: f64 = 4.0;
@@ -75,9 +79,14 @@ pub struct Yardsticks {
 
 impl Yardsticks {
     /// How many times the NMSE₂ is above what can be asked of the method: the larger of its own error in the easy case
-    /// and that of every pixel in this one, and no less than [`NOTHING`].
+    /// (up to [`GRANTED`]) and that of every pixel in this one, and no less than [`NOTHING`].
     pub fn times(&self, nmse2: f64) -> f64 {
-        nmse2 / self.easy.max(self.every_pixel).max(NOTHING)
+        nmse2 / self.easy.min(GRANTED).max(self.every_pixel).max(NOTHING)
+    }
+
+    /// Whether the picture might as well have no shadow, where every pixel tells that there is one.
+    fn shadow_is_lost(&self, nmse2: f64) -> bool {
+        nmse2 >= self.unshadowed && self.unshadowed > DEGRADED * self.every_pixel.max(NOTHING)
     }
 }
 
@@ -88,7 +97,7 @@ pub enum Verdict {
     Pass,
     /// The error is so many times the yardstick.
     Degraded(f64),
-    /// So many times, and the picture is wrong: above [`FAILS`], or degraded and no better than without any shadow.
+    /// So many times, and the picture is wrong: above [`FAILS`], or no better than without any shadow.
     Wrong(f64),
     /// The picture is none.
     Broken(Fault),
@@ -166,10 +175,9 @@ pub fn figure(
 /// The verdict on a figure.
 pub fn judge(figure: &Figure, yardsticks: &Yardsticks) -> Verdict {
     let times = yardsticks.times(figure.nmse2);
-    let degraded = times > DEGRADED;
-    if figure.nmse2 > FAILS || degraded && figure.nmse2 >= yardsticks.unshadowed {
+    if figure.nmse2 > FAILS || yardsticks.shadow_is_lost(figure.nmse2) {
         Verdict::Wrong(times)
-    } else if degraded {
+    } else if times > DEGRADED {
         Verdict::Degraded(times)
     } else {
         Verdict::Pass
@@ -217,6 +225,23 @@ mod tests {
         let yardsticks = Yardsticks { easy: 0.0, every_pixel: 0.0, unshadowed: 1e-3 };
         let of = |nmse2| judge(&Figure { nmse2, worst: 0.0 }, &yardsticks).word();
         assert_eq!([of(3e-5), of(5e-4), of(1e-3)], ["pass", "degraded", "fails"]);
+        // Where there is no shadow, or none that 64 samples can tell, none is lost.
+        for unshadowed in [0.0, 1e-6] {
+            let figure = Figure { nmse2: 2e-5, worst: 0.0 };
+            assert_eq!(judge(&figure, &Yardsticks { unshadowed, ..yardsticks }), Verdict::Pass);
+        }
+    }
+
+    #[test]
+    fn a_poor_picture_in_the_easy_case_excuses_nothing() {
+        let of = |easy| {
+            judge(
+                &Figure { nmse2: 8e-3, worst: 0.0 },
+                &Yardsticks { easy, every_pixel: 0.0, unshadowed: 0.5 },
+            )
+        };
+        assert_eq!(of(0.3), Verdict::Degraded(8.0));
+        assert_eq!(of(5e-4), Verdict::Degraded(16.0));
     }
 
     #[test]

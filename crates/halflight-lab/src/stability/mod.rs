@@ -18,6 +18,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use glam::Vec3;
+use halflight_cpu::config::{Named, VisibilityConfig};
 use rayon::prelude::*;
 
 use crate::ablate::progress::Progress;
@@ -210,12 +211,14 @@ fn why(case: &Case, verdict: &Verdict, mends: &[Switch]) -> String {
     said.join("; ")
 }
 
-/// The fewest switches from a method to one of those that pass, given with their errors. Among those of as many switches
-/// the most accurate is taken, and tracing every pixel last.
+/// The fewest switches from a method to one of those that pass, given with their errors. Of those of as many switches,
+/// tracing every pixel comes last, backends in the order of their names, and then the most accurate first.
 fn mends(method: &Method, passing: &[(Method, f64)]) -> Vec<Switch> {
     let ways = passing.iter().map(|(other, nmse2)| (method.switches(other), other.is_every_pixel(), *nmse2));
     let order = |(switches, every_pixel, nmse2): &(Vec<Switch>, bool, f64)| {
-        (switches.len(), *every_pixel, nmse2.to_bits())
+        let backend = switches.iter().find(|switch| switch.stage == "visibility");
+        let backend = backend.map(|to| VisibilityConfig::NAMES.iter().position(|name| *name == to.to));
+        (switches.len(), *every_pixel, backend, nmse2.to_bits())
     };
     ways.min_by_key(order).map_or(Vec::new(), |(switches, ..)| switches)
 }
@@ -240,7 +243,7 @@ pub fn check(rows: &[Row]) -> Result<(), AblateError> {
 
 #[cfg(test)]
 mod tests {
-    use halflight_cpu::config::{Named, UpsamplerConfig, VisibilityConfig};
+    use halflight_cpu::config::UpsamplerConfig;
     use halflight_cpu::irradiance::Shading;
 
     use super::*;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::judge::{DEGRADED, FAILS, NOTHING, Verdict};
+use super::judge::{DEGRADED, FAILS, GRANTED, NOTHING, Verdict};
 use super::methods::Method;
 use super::output::{badness, switches};
 use super::{Cell, REFERENCE_SAMPLES, Row, TITLE};
@@ -29,9 +29,9 @@ pub(super) fn html(rows: &[Row], provenance: &Provenance, command: &str) -> Stri
     );
     page += &format!(
         "<p>64 light samples, errors (NMSE₂) against {REFERENCE_SAMPLES} by rays. A method <b>passes</b> where its error is at most \
-         {DEGRADED:.0} times the yardstick: the larger of its own error in the easy case and of that of every pixel by rays in the \
+         {DEGRADED:.0} times the yardstick: the larger of its own error in the easy case (up to {GRANTED:.0e}) and of that of every pixel by rays in the \
          same case with the same shading, and at least {NOTHING:.0e}. Beyond that it is <b>degraded</b>, by the factor shown. It \
-         <b>fails</b> where the error is above {FAILS:.0e}, or where it is degraded and no better than the picture without any \
+         <b>fails</b> where the error is above {FAILS:.0e}, or where it is no better than the picture without any \
          shadow. Black: no picture at all (NaN, infinite, negative, panic). Pictures: rendered, reference, error (pale is {} % of \
          the reference's peak and more).</p>\n",
         crate::picture::ERROR_SCALE * 100.0

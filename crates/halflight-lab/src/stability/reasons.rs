@@ -84,7 +84,7 @@ const REASONS: &[Reason] = &[
     ),
     (
         "sampled",
-        &["touching", "crossing", "inside", "standing", "in-plane"],
+        &["touching", "crossing", "inside", "standing", "edge-on", "in-plane"],
         "the irradiance grows without bound towards the light: few samples and wide fragments cannot follow it",
     ),
     (
