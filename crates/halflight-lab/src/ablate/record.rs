@@ -4,7 +4,7 @@ use halflight_cpu::config::Named;
 use std::path::Path;
 
 use halflight_core::fragment::LEVELS;
-use halflight_core::stats::FrameStats;
+use halflight_core::stats::{FrameStats, ProofCounts};
 use halflight_metrics::{Comparison, write_atomically};
 use serde::{Deserialize, Serialize};
 
@@ -170,6 +170,24 @@ pub struct Record {
     /// NMSE₂ in the mean over these frames.
     #[serde(default)]
     pub flicker_nmse2: Option<f64>,
+    /// NMSE₂ that the refiner expects, where it aims at one.
+    #[serde(default)]
+    pub expected_nmse2: Option<f64>,
+    /// Receiver pixels in cells proved lit, where proofs are asked for; this and what follows is empty elsewhere.
+    #[serde(default)]
+    pub proved_lit: Option<u64>,
+    /// Those proved to be in the umbra.
+    #[serde(default)]
+    pub proved_umbra: Option<u64>,
+    /// Those whose visible fraction was proved to vary little.
+    #[serde(default)]
+    pub proved_bounded: Option<u64>,
+    /// Those that were traced.
+    #[serde(default)]
+    pub traced: Option<u64>,
+    /// What the proofs took.
+    #[serde(default)]
+    pub prove_ms: Option<f64>,
 }
 
 /// A finished row.
@@ -226,6 +244,7 @@ impl Measured<'_> {
         let (config, stats, errors) = (&self.row.config, self.stats, &self.errors);
         let Medians { stages, prepare, total } = self.times;
         let flicker = Means::of(self.frames);
+        let proofs = (stats.proofs != ProofCounts::default()).then_some(stats.proofs);
         let (visibility, causes) = (&stats.visibility, self.failures.map(|failures| failures.counts));
         Record {
             experiment: self.experiment.to_string(),
@@ -289,6 +308,12 @@ impl Measured<'_> {
             flicker_mean: flicker.map(|means| means.mean),
             flicker_p99: flicker.map(|means| means.p99),
             flicker_nmse2: flicker.map(|means| means.nmse2),
+            expected_nmse2: stats.expected_nmse2,
+            proved_lit: proofs.map(|proofs| proofs.lit),
+            proved_umbra: proofs.map(|proofs| proofs.umbra),
+            proved_bounded: proofs.map(|proofs| proofs.bounded),
+            traced: proofs.map(|proofs| proofs.traced),
+            prove_ms: proofs.map(|_| stages.prove),
         }
     }
 }
@@ -405,6 +430,12 @@ pub(crate) mod tests {
                 flicker_mean: None,
                 flicker_p99: None,
                 flicker_nmse2: None,
+                expected_nmse2: None,
+                proved_lit: None,
+                proved_umbra: None,
+                proved_bounded: None,
+                traced: None,
+                prove_ms: None,
             },
         }
     }
@@ -431,7 +462,8 @@ pub(crate) mod tests {
              sse,nmse,nmse2,relmse,psnr,ssim,flip,reference_noise,commit,machine,\
              prepare_ms,lit,umbra,spared,listed,walked,left_to_rays,entries,pairs,kept,relevant,unprojected,\
              false_shadow,false_light,off_share,self_occlusion,thickness,out_of_view,missed,\
-             flicker_mean,flicker_p99,flicker_nmse2"
+             flicker_mean,flicker_p99,flicker_nmse2,\
+             expected_nmse2,proved_lit,proved_umbra,proved_bounded,traced,prove_ms"
         );
     }
 
