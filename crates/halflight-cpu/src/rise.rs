@@ -107,6 +107,8 @@ impl<'a> Rise<'a> {
         }
         match (self.side(light, a), self.side(light, b)) {
             (Side::Unlit, Side::Unlit) => Between::Step,
+            // Two sides of a crease that both have all of the light before them.
+            (Side::Lit, Side::Lit) if rises.above_a > 0.0 && rises.above_b > 0.0 => Between::Step,
             (Side::Lit, Side::Lit) if !self.hides(light, a, b) && !self.hides(light, b, a) => Between::Step,
             _ => Between::Shade,
         }

@@ -16,13 +16,13 @@ use serde::{Deserialize, Serialize};
 use super::breaks::Breaks;
 use super::pixel_set::PixelSet;
 use super::place::{cell_rect, faces_away};
-use super::target::{self, Plan, Trial};
+use super::target::{self, Neighbours, Plan, Trial};
 use super::{pixel_sample, trace_pixels};
 use crate::compose::luminance;
 use crate::corners::Corners;
 use crate::irradiance;
 use crate::rise::{Between, LightCorners, Rise, RiseLimits, Side};
-use crate::unshadowed::unshadowed;
+use crate::unshadowed::unshadowed_many;
 
 /// Constants of [`Lattice`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -54,6 +54,9 @@ impl Default for LatticeConfig {
 
 /// No mask has been asked for here.
 const NONE: u32 = u32::MAX;
+
+/// Samples whose unshadowed irradiance is computed together.
+const SHINE: usize = 64;
 
 /// Finest level at which proofs are tried: a proof costs as much as the masks of three receivers.
 const PROVE_LEVEL: u8 = 2;
@@ -313,10 +316,13 @@ impl Lattice {
             },
         );
         if self.config.target > 0.0 {
+            let (first, full) = (Neighbours::new(self.plan.first), Neighbours::new(self.plan.full));
             self.variances.resize(fragments.samples().len(), 0.0);
             self.variances[known..].par_iter_mut().zip(samples).with_min_len(256).for_each(
                 |(variance, sample)| {
-                    *variance = target::variance(fragments.batch(sample.batch), sample.first as usize).0;
+                    let batch = fragments.batch(sample.batch);
+                    let neighbours = if batch.pattern() == self.plan.full { &full } else { &first };
+                    *variance = neighbours.variance(batch, sample.first as usize).0;
                 },
             );
         }
@@ -324,32 +330,42 @@ impl Lattice {
 
     /// Chooses samples and cells by what the corners so far have shown.
     fn plan(&mut self, view: &View, fragments: &Fragments) {
-        let light = view.frame.light(view.light);
-        let trial = |(sample, &fraction): (&Sample, &f32)| {
-            let (variance, torn) = target::variance(fragments.batch(sample.batch), sample.first as usize);
-            let unshadowed = view
-                .gbuffer
-                .receiver(sample.pixel as usize)
-                .map_or(0.0, |receiver| unshadowed(light, receiver.origin, receiver.normal));
+        self.shine(view, fragments);
+        let neighbours = Neighbours::new(self.plan.full);
+        let trial = |(sample, (&fraction, &unshadowed)): (&Sample, (&f32, &f32))| {
+            let (variance, torn) = neighbours.variance(fragments.batch(sample.batch), sample.first as usize);
             Trial { unshadowed, fraction, variance, torn }
         };
-        self.trial.clear();
-        self.trial.par_extend(fragments.samples().par_iter().zip(&self.fractions).map(trial));
+        let known = self.fractions.par_iter().zip(&self.unshadowed);
+        fragments.samples().par_iter().zip(known).map(trial).collect_into_vec(&mut self.trial);
         self.plan = Plan::reach(self.config.target, view.frame.pattern.kind, &self.trial);
+    }
+
+    /// Computes the unshadowed irradiance of all samples.
+    fn shine(&mut self, view: &View, fragments: &Fragments) {
+        let light = view.frame.light(view.light);
+        self.unshadowed.clear();
+        self.unshadowed.resize(fragments.samples().len(), 0.0);
+        let blocks = self.unshadowed.par_chunks_mut(SHINE).zip(fragments.samples().par_chunks(SHINE));
+        blocks.with_min_len(16).for_each(|(out, samples)| {
+            let (mut origins, mut normals) = ([Vec3::ZERO; SHINE], [Vec3::ZERO; SHINE]);
+            for (lane, sample) in samples.iter().enumerate() {
+                if let Some(receiver) = view.gbuffer.receiver(sample.pixel as usize) {
+                    (origins[lane], normals[lane]) = (receiver.origin, receiver.normal);
+                }
+            }
+            unshadowed_many(light, &origins[..samples.len()], &normals[..samples.len()], out);
+        });
     }
 
     /// Expected squared error of the irradiance by luminance, summed over all pixels.
     fn expect(&mut self, view: &View, fragments: &Fragments) -> f64 {
-        let light = view.frame.light(view.light);
-        let power = |sample: &Sample| {
-            let receiver = view.gbuffer.receiver(sample.pixel as usize);
-            receiver.map_or(0.0, |receiver| unshadowed(light, receiver.origin, receiver.normal).powi(2))
-        };
-        fragments.samples().par_iter().with_min_len(256).map(power).collect_into_vec(&mut self.unshadowed);
+        self.shine(view, fragments);
         let error = |cell: &Cell| {
             let samples = fragments.cell_samples(cell).iter().map(|&sample| sample as usize);
             let count = samples.len().max(1) as f64;
-            let power = samples.clone().map(|sample| f64::from(self.unshadowed[sample])).sum::<f64>() / count;
+            let power =
+                samples.clone().map(|sample| f64::from(self.unshadowed[sample]).powi(2)).sum::<f64>() / count;
             let variance = if cell.level == 0 {
                 samples.map(|sample| f64::from(self.variances[sample])).sum()
             } else {
@@ -363,7 +379,7 @@ impl Lattice {
         };
         // In one order, so that rounding does not depend on the threads.
         let sum: f64 = fragments.cells().iter().map(error).sum();
-        sum * f64::from(luminance(light.radiance)).powi(2)
+        sum * f64::from(luminance(view.frame.light(view.light).radiance)).powi(2)
     }
 
     fn keep(&mut self, gbuffer: &GBuffer, cell: Square, verdict: Verdict) {

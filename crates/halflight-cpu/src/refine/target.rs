@@ -123,33 +123,55 @@ impl Trial {
     }
 }
 
-/// Expected squared error of the visible fraction that a query's mask gives, and the share of neighbouring samples that
-/// differ.
-pub(super) fn variance(batch: &MaskBatch, query: usize) -> (f32, f32) {
-    let (wanted, visible) = (batch.wanted(query), batch.visible(query));
-    let (mut lit, mut unlit) = (0, 0);
-    for (&wanted, &visible) in wanted.iter().zip(visible) {
-        lit |= wanted & visible;
-        unlit |= wanted & !visible;
-    }
-    if lit == 0 || unlit == 0 {
-        return (0.0, 0.0);
-    }
-    let pattern = batch.pattern();
-    let (columns, len) = (usize::from(pattern.columns), pattern.len());
-    let bit = |words: &[u64], index: usize| words[index / 64] >> (index % 64) & 1 == 1;
-    let (mut count, mut pairs, mut differ) = (0u32, 0u32, 0u32);
-    for index in (0..len).filter(|&index| bit(wanted, index)) {
-        count += 1;
-        let right = (index % columns + 1 < columns).then_some(index + 1);
-        let below = (index + columns < len).then_some(index + columns);
-        for next in [right, below].into_iter().flatten().filter(|&next| bit(wanted, next)) {
-            pairs += 1;
-            differ += u32::from(bit(visible, index) != bit(visible, next));
+/// Which samples of a pattern are neighbours.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Neighbours {
+    columns: usize,
+    /// Samples that have one to their right.
+    inner: [u64; Pattern::MAX_LEN / 64],
+}
+
+impl Neighbours {
+    pub(super) fn new(pattern: Pattern) -> Self {
+        let columns = usize::from(pattern.columns).max(1);
+        let mut inner = [0; Pattern::MAX_LEN / 64];
+        for index in (0..pattern.len()).filter(|index| index % columns + 1 < columns) {
+            inner[index / 64] |= 1 << (index % 64);
         }
+        Self { columns, inner }
     }
-    let (count, differ) = (f64::from(count), f64::from(differ));
-    ((NOISE * differ / (count * count)) as f32, (differ / f64::from(pairs.max(1))) as f32)
+
+    /// Expected squared error of the visible fraction that a query's mask gives, and the share of neighbouring samples that
+    /// differ.
+    pub(super) fn variance(&self, batch: &MaskBatch, query: usize) -> (f32, f32) {
+        let (wanted, visible) = (batch.wanted(query), batch.visible(query));
+        let (mut lit, mut unlit, mut count) = (0, 0, 0);
+        for (&wanted, &visible) in wanted.iter().zip(visible) {
+            lit |= wanted & visible;
+            unlit |= wanted & !visible;
+            count += wanted.count_ones();
+        }
+        if lit == 0 || unlit == 0 {
+            return (0.0, 0.0);
+        }
+        let (mut pairs, mut differ) = (0, 0);
+        for word in 0..wanted.len() {
+            let both = wanted[word] & later(wanted, word, 1) & self.inner[word];
+            pairs += both.count_ones();
+            differ += (both & (visible[word] ^ later(visible, word, 1))).count_ones();
+            let both = wanted[word] & later(wanted, word, self.columns);
+            pairs += both.count_ones();
+            differ += (both & (visible[word] ^ later(visible, word, self.columns))).count_ones();
+        }
+        let (count, differ) = (f64::from(count), f64::from(differ));
+        ((NOISE * differ / (count * count)) as f32, (differ / f64::from(pairs.max(1))) as f32)
+    }
+}
+
+/// A word of a mask whose samples are those `by` places on, up to 64.
+fn later(words: &[u64], word: usize, by: usize) -> u64 {
+    let next = words.get(word + 1).copied().unwrap_or(0);
+    if by >= 64 { next } else { words[word] >> by | next << 1 << (63 - by) }
 }
 
 /// Expected squared error of the visible fraction in a cell, by what its corners have: their fractions and the expected
@@ -202,7 +224,7 @@ mod tests {
                 for key in 0..4000u32 {
                     let place = 0.46 + 0.08 * (key as f32 / 4000.0);
                     let (batch, fraction) = edge(side, key * 77 + 1, slope, place);
-                    expected += f64::from(variance(&batch, 0).0);
+                    expected += f64::from(Neighbours::new(batch.pattern()).variance(&batch, 0).0);
                     found += f64::from(fraction - place).powi(2);
                 }
                 let ratio = expected / found;
@@ -210,7 +232,36 @@ mod tests {
             }
         }
         let (batch, _) = edge(8, 1, 0.0, 2.0);
-        assert_eq!(variance(&batch, 0), (0.0, 0.0));
+        assert_eq!(Neighbours::new(batch.pattern()).variance(&batch, 0), (0.0, 0.0));
+    }
+
+    #[test]
+    fn neighbours_are_those_of_the_pattern() {
+        for (columns, rows) in [(8, 8), (7, 7), (5, 9), (64, 3), (1, 70), (16, 16), (31, 31)] {
+            let pattern = Pattern { kind: PatternKind::Jittered, columns, rows };
+            let mut batch = MaskBatch::default();
+            batch.reset(0, pattern, Purpose::Final);
+            batch.push(Vec3::ZERO, Vec3::Y, 0, 0, None);
+            let seen = |index: usize| (index * 7919 % 13) < 6;
+            let parts = batch.parts();
+            for index in (0..pattern.len()).filter(|&index| seen(index)) {
+                parts.visible[index / 64] |= 1 << (index % 64);
+            }
+            let columns = usize::from(columns);
+            let (mut pairs, mut differ) = (0, 0);
+            for index in 0..pattern.len() {
+                let right = (index % columns + 1 < columns).then_some(index + 1);
+                let below = (index + columns < pattern.len()).then_some(index + columns);
+                for next in [right, below].into_iter().flatten() {
+                    pairs += 1;
+                    differ += i32::from(seen(index) != seen(next));
+                }
+            }
+            let (variance, torn) = Neighbours::new(pattern).variance(&batch, 0);
+            let count = pattern.len() as f64;
+            assert_eq!(torn, (f64::from(differ) / f64::from(pairs)) as f32, "{pattern:?}");
+            assert_eq!(variance, (NOISE * f64::from(differ) / (count * count)) as f32, "{pattern:?}");
+        }
     }
 
     #[test]

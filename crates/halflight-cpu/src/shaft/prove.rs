@@ -257,7 +257,7 @@ mod tests {
                         Proof::Umbra => assert_eq!((low, high), (0.0, 0.0)),
                         // Samples count an edge across the light to within a row of 16, and a shape has two.
                         Proof::Bounded(share) => {
-                            assert!(high - low <= share + 2.0 / 16.0, "{share}: {shares:?}")
+                            assert!(high - low <= share + 2.0 / 16.0, "{share}: {shares:?}");
                         }
                         Proof::Open => {}
                     }
