@@ -1,7 +1,7 @@
 //! Where methods fail: every combination of the stages in a list of awkward cases.
 //!
-//! A [`Case`](cases::Case) is a small scene with one thing in it that methods stumble over. Every
-//! [`Method`](methods::Method) renders it; [`judge`] says whether the picture passes, is degraded (by how much) or fails,
+//! A [`Case`] is a small scene with one thing in it that methods stumble over. Every
+//! [`Method`] renders it; [`judge`] says whether the picture passes, is degraded (by how much) or fails,
 //! against a converged reference and against what can be asked of the method. Where it does not pass, the method is
 //! looked for that passes with the fewest stages switched.
 
