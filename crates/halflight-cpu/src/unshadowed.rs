@@ -35,7 +35,7 @@ pub fn unshadowed_many(light: &AreaLight, origins: &[Vec3], normals: &[Vec3], ou
     {
         // Nor may the light be so small in the sky that too little is left of the sum.
         let far =
-            |&origin: &Vec3| (corners[0] - origin).length_squared() > edge * edge * 256.0 || coarse(origin);
+            |&origin: &Vec3| (corners[0] - origin).length_squared() > edge * edge * 64.0 || coarse(origin);
         if fine && out.len() == LANES && origins.len() == LANES && !origins.iter().any(far) {
             quick(light, &corners, origins, normals, out);
         } else {
@@ -45,7 +45,7 @@ pub fn unshadowed_many(light: &AreaLight, origins: &[Vec3], normals: &[Vec3], ou
 }
 
 multiversion! {
-    /// In single precision, wrong by less than 1e-4 of itself or 1e-7 where a light's edges are no shorter than a sixteenth of its distance.
+    /// In single precision, wrong by less than 1e-4 of itself or 1e-7 where a light's edges are no shorter than an eighth of its distance.
     /// For [`LANES`] receivers.
     fn quick(light: &AreaLight, corners: &[Vec3; 4], origins: &[Vec3], normals: &[Vec3], out: &mut [f32]) {
         let facing = light.edge_u.cross(light.edge_v);

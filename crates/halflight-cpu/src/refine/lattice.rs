@@ -168,10 +168,10 @@ impl Lattice {
         visibility: &mut dyn Visibility,
         fragments: &mut Fragments,
     ) {
-        let mut cells = std::mem::take(&mut self.pending[usize::from(level)]);
-        if cells.is_empty() {
+        if self.pending[usize::from(level)].is_empty() {
             return;
         }
+        let mut cells = std::mem::take(&mut self.pending[usize::from(level)]);
         let mut verdicts = std::mem::take(&mut self.verdicts);
         cells.par_iter().with_min_len(256).map(|&cell| self.look(view, cell)).collect_into_vec(&mut verdicts);
         self.trace(view, level, visibility, fragments);
