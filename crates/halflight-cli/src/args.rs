@@ -138,7 +138,7 @@ pub(crate) struct Choices {
     #[arg(long, value_name = "NMSE2", value_parser = target, conflicts_with_all = ["refiner", "upsampler", "shading", "samples"])]
     pub(crate) error: Option<f32>,
     /// Interpolate only where it is proved that no thin shadow is missed. The lattice with a backend that proves things:
-    /// bvh or beam.
+    /// bvh, beam or auto.
     #[arg(long, conflicts_with_all = ["refiner", "upsampler", "shading"])]
     pub(crate) certify: bool,
     /// Which fragments the image is made of [default: sfvt-gass].

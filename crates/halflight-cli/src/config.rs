@@ -25,10 +25,15 @@ pub(crate) fn configure(choices: &Choices) -> Result<PipelineConfig, String> {
     let config = config.finish()?;
     if let RefinerConfig::Lattice(lattice) = config.refiner
         && lattice.certify
-        && !matches!(config.visibility, VisibilityConfig::Bvh | VisibilityConfig::Beam)
+        && !matches!(
+            config.visibility,
+            VisibilityConfig::Bvh | VisibilityConfig::Beam | VisibilityConfig::Auto
+        )
     {
         let name = config.visibility.name();
-        return Err(format!("visibility.name is {name}, which proves nothing: to certify takes bvh or beam"));
+        return Err(format!(
+            "visibility.name is {name}, which proves nothing: to certify takes bvh, beam or auto"
+        ));
     }
     Ok(config)
 }

@@ -42,6 +42,8 @@ pub enum VisibilityConfig {
     Raster4d(Raster4dConfig),
     /// Beams and shafts through the triangle hierarchy.
     Beam,
+    /// Beams or rays, whichever are the quicker where receivers lie, by the clock; their answers are the same.
+    Auto,
     /// Voxel marching (Nichols10): approximate.
     Voxel(VoxelConfig),
 }
@@ -153,13 +155,14 @@ impl RefinerConfig {
 
 impl Named for VisibilityConfig {
     const STAGE: &str = "visibility";
-    const NAMES: &[&str] = &["bvh", "raster4d", "beam", "voxel"];
+    const NAMES: &[&str] = &["bvh", "raster4d", "beam", "auto", "voxel"];
 
     fn named(name: &str) -> Option<Self> {
         match name {
             "bvh" => Some(Self::Bvh),
             "raster4d" => Some(Self::Raster4d(Raster4dConfig::default())),
             "beam" => Some(Self::Beam),
+            "auto" => Some(Self::Auto),
             "voxel" => Some(Self::Voxel(VoxelConfig::default())),
             _ => None,
         }
@@ -170,6 +173,7 @@ impl Named for VisibilityConfig {
             Self::Bvh => "bvh",
             Self::Raster4d(_) => "raster4d",
             Self::Beam => "beam",
+            Self::Auto => "auto",
             Self::Voxel(_) => "voxel",
         }
     }
@@ -185,6 +189,7 @@ impl VisibilityConfig {
             Self::Bvh => Box::new(BvhRays::new(Arc::clone(bvh))),
             Self::Raster4d(config) => Box::new(Raster4d::new(config)?),
             Self::Beam => Box::new(Beam::new(Arc::clone(bvh))),
+            Self::Auto => Box::new(Beam::or_rays(Arc::clone(bvh))),
             Self::Voxel(config) => Box::new(Voxels::new(config)?),
         })
     }

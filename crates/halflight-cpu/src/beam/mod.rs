@@ -6,12 +6,16 @@
 //! many of them is parted, and what is left of it walks the hierarchy receiver by receiver, with the pyramid from the
 //! receiver to the light. Where even that meets too many triangles, as in foliage, rays are quicker and get the rest.
 //! An empty shaft is a proof that all is lit, and a triangle across all of it that nothing is.
+//!
+//! `auto` answers some groups so and others by rays, whichever has been the quicker in their neighbourhood (`race`).
 
 mod group;
+mod race;
 #[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use halflight_core::frame::Frame;
 use halflight_core::mask::{MaskBatch, Query};
@@ -21,17 +25,20 @@ use halflight_core::stats::VisibilityStats;
 use rayon::prelude::*;
 
 use crate::bvh::Bvh;
-use crate::occluder::{Points, Rows};
+use crate::occluder::{Points, Rows, Samples};
 use crate::pool::Pool;
 use crate::shaft::{GROUP, Prover};
 use crate::simd::Isa;
 use group::{Answers, Groups};
+use race::{LAP, Races, Way};
 
 /// Exact visibility by beams and shafts.
 #[derive(Debug)]
 pub struct Beam {
     bvh: Arc<Bvh>,
     isa: Isa,
+    /// Times of beams and rays, where either may answer.
+    races: Option<Races>,
     order: Vec<u64>,
     queries: Vec<Query>,
     wanted: Vec<u64>,
@@ -48,6 +55,7 @@ impl Beam {
         Self {
             bvh,
             isa: Isa::best(),
+            races: None,
             order: Vec::new(),
             queries: Vec::new(),
             wanted: Vec::new(),
@@ -57,6 +65,12 @@ impl Beam {
             points: Pool::default(),
             prover: Prover::default(),
         }
+    }
+
+    /// Beams or rays, whichever are the quicker where receivers lie, by the clock. The answers do not depend on it, since
+    /// both are exact; what [`VisibilityStats`] counts does.
+    pub fn or_rays(bvh: Arc<Bvh>) -> Self {
+        Self { races: Some(Races::default()), ..Self::new(bvh) }
     }
 
     /// The same backend with another instruction set: the same answers, for comparison.
@@ -81,6 +95,59 @@ impl Beam {
         self.order.par_sort_unstable();
         true
     }
+}
+
+/// Answers all queries, a group or some groups in a row at a time.
+fn answer<M: Samples + Send>(
+    pool: &Pool<Groups<M>>,
+    races: Option<&Races>,
+    isa: Isa,
+    all: Answers<'_>,
+) -> VisibilityStats {
+    let Answers { bvh, light, pattern, words, queries, wanted, visible } = all;
+    let laps = if races.is_some() { LAP } else { 1 };
+    let part = |queries, wanted, visible| Answers { bvh, light, pattern, words, queries, wanted, visible };
+    let wanted = wanted.par_chunks(laps * GROUP * words);
+    let visible = visible.par_chunks_mut(laps * GROUP * words);
+    let some = queries.par_chunks(laps * GROUP).zip(wanted).zip(visible);
+    some.map(|((queries, wanted), visible)| {
+        pool.lend(Groups::new, |groups| match races {
+            Some(races) => quickest(groups, races, isa, part(queries, wanted, visible)),
+            None => groups.answer(isa, part(queries, wanted, visible)),
+        })
+    })
+    .sum()
+}
+
+/// Answers some groups in a row, each the way that has been the quicker so far.
+fn quickest<M: Samples>(
+    groups: &mut Groups<M>,
+    races: &Races,
+    isa: Isa,
+    some: Answers<'_>,
+) -> VisibilityStats {
+    let Answers { bvh, light, pattern, words, queries, wanted, visible } = some;
+    // What one query asks for stands for all.
+    let samples = wanted.iter().take(words).map(|word| word.count_ones() as usize).sum();
+    let mut race = races.state(samples);
+    let mut stats = VisibilityStats::default();
+    let parts = wanted.chunks(GROUP * words).zip(visible.chunks_mut(GROUP * words));
+    for (queries, (wanted, visible)) in queries.chunks(GROUP).zip(parts) {
+        let way = race.next();
+        let start = Instant::now();
+        let part = Answers { bvh, light, pattern, words, queries, wanted, visible };
+        stats += match way {
+            Way::Beams => groups.answer(isa, part),
+            Way::Rays => {
+                part.trace(isa);
+                let asked = wanted.chunks(words).filter(|wanted| wanted.iter().any(|&word| word != 0));
+                VisibilityStats { left_to_rays: asked.count() as u64, ..VisibilityStats::default() }
+            }
+        };
+        race.took(way, start.elapsed().as_nanos() as f32 / queries.len() as f32);
+    }
+    races.set(samples, race);
+    stats
 }
 
 /// Every other bit of the result, from the lower 16 bits.
@@ -119,27 +186,12 @@ impl Visibility for Beam {
         let (queries, wanted) =
             if sorted { (&self.queries[..], &self.wanted[..]) } else { (parts.queries, parts.wanted) };
         let visible: &mut [u64] = if sorted { &mut self.visible } else { parts.visible };
-        let (bvh, isa) = (&*self.bvh, self.isa);
-        let wanted = wanted.par_chunks(GROUP * words);
-        let visible_groups = visible.par_chunks_mut(GROUP * words);
-        let groups = queries.par_chunks(GROUP).zip(wanted).zip(visible_groups);
-        let answers = |((queries, wanted), visible)| Answers {
-            bvh,
-            light: &light,
-            pattern,
-            words,
-            queries,
-            wanted,
-            visible,
-        };
+        let answers = Answers { bvh: &self.bvh, light: &light, pattern, words, queries, wanted, visible };
+        let races = self.races.as_ref();
         self.stats += if Rows::fit(pattern) {
-            let pool = &self.rows;
-            let answer = |group| pool.lend(Groups::new, |groups| groups.answer(isa, answers(group)));
-            groups.map(answer).sum::<VisibilityStats>()
+            answer(&self.rows, races, self.isa, answers)
         } else {
-            let pool = &self.points;
-            let answer = |group| pool.lend(Groups::new, |groups| groups.answer(isa, answers(group)));
-            groups.map(answer).sum::<VisibilityStats>()
+            answer(&self.points, races, self.isa, answers)
         };
         if sorted {
             for (&at, visible) in self.order.iter().zip(self.visible.chunks(words)) {

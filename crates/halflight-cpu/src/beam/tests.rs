@@ -28,6 +28,10 @@ fn compare(scene: &Scene, origins: &[Vec3]) -> VisibilityStats {
                 let found = answer(&mut beam, scene, &mut batch);
                 assert_eq!(first_difference(&found, &expected), None, "{isa:?} {pattern:?} sparse {sparse}");
                 let found = beam.stats();
+                let mut either = Beam::or_rays(bvh.clone()).with_isa(isa);
+                let found_either = answer(&mut either, scene, &mut batch);
+                assert_eq!(first_difference(&found_either, &expected), None, "{isa:?} {pattern:?} either");
+                assert_eq!(found.receivers(), either.stats().receivers());
                 let asked =
                     (0..batch.len()).filter(|&q| batch.wanted(q).iter().any(|&word| word != 0)).count();
                 assert_eq!(found.receivers(), asked as u64);

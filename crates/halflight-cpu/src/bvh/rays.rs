@@ -73,7 +73,7 @@ impl Visibility for BvhRays {
         parts.queries.par_chunks(CHUNK).zip(wanted).zip(visible).for_each(|((queries, wanted), visible)| {
             let chunk = Chunk { bvh: &self.bvh, light: &light, pattern, words, queries, wanted, visible };
             if self.together {
-                self.isa.run(Together(chunk));
+                chunk.trace(self.isa);
             } else {
                 self.isa.run(Single(chunk));
             }
@@ -101,6 +101,11 @@ pub(crate) struct Chunk<'a> {
 }
 
 impl Chunk<'_> {
+    /// Answers all queries by rays in bundles.
+    pub(crate) fn trace(self, isa: Isa) {
+        isa.run(Together(self));
+    }
+
     /// The queries from `first` on whose light samples are at the same places, if rays may as well start there.
     #[inline(always)]
     fn same_points(&self, first: usize) -> Range<usize> {
