@@ -133,21 +133,21 @@ pub(crate) struct Choices {
     /// Size in pixels [default: 640x480].
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<(u32, u32)>,
-    /// NMSE₂ to come down to, such as 1e-4: the lattice with as many light samples and as fine cells as that takes. What is
-    /// to be expected is among the statistics.
+    /// NMSE₂ to come down to: the lattice with as many light samples and as fine cells as that takes. What is to be expected
+    /// is among the statistics [default: 1e-4, unless stages, samples or a configuration are chosen].
     #[arg(long, value_name = "NMSE2", value_parser = target, conflicts_with_all = ["refiner", "upsampler", "shading", "samples"])]
     pub(crate) error: Option<f32>,
     /// Interpolate only where it is proved that no thin shadow is missed. The lattice with a backend that proves things:
     /// bvh, beam or auto.
     #[arg(long, conflicts_with_all = ["refiner", "upsampler", "shading"])]
     pub(crate) certify: bool,
-    /// Which fragments the image is made of [default: sfvt-gass].
+    /// Which fragments the image is made of [default: lattice].
     #[arg(long, value_parser = PossibleValuesParser::new(<RefinerConfig as Named>::NAMES))]
     pub(crate) refiner: Option<String>,
-    /// What answers shadow rays [default: bvh].
+    /// What answers shadow rays; auto is beam or bvh, whichever is the quicker where receivers lie [default: auto].
     #[arg(long, value_parser = PossibleValuesParser::new(<VisibilityConfig as Named>::NAMES))]
     pub(crate) visibility: Option<String>,
-    /// How pixels are interpolated between fragments [default: rbf-robust].
+    /// How pixels are interpolated between fragments [default: lattice].
     #[arg(long, value_parser = PossibleValuesParser::new(UpsamplerConfig::NAMES))]
     pub(crate) upsampler: Option<String>,
     /// What is interpolated: irradiance, or the visible fraction [default: ratio].

@@ -7,6 +7,9 @@ use serde_json::{Map, Value, json};
 
 use crate::args::Choices;
 
+/// NMSE₂ to come down to where nothing is said: the noise of 64 jittered samples in every pixel of a hall is 3e-5 to 1e-4.
+const DEFAULT_ERROR: f32 = 1e-4;
+
 /// The configuration that the options make.
 ///
 /// # Errors
@@ -49,14 +52,15 @@ fn options(choices: &Choices) -> Value {
     let text = |option: &Option<String>| option.as_ref().map(|value| json!(value));
     put("width", choices.size.map(|(width, _)| json!(width)));
     put("height", choices.size.map(|(_, height)| json!(height)));
-    let lattice = choices.error.is_some() || choices.certify;
+    let plain = is_plain(choices);
+    let lattice = plain || choices.error.is_some() || choices.certify;
     let mut refiner = json!({});
     if lattice {
         refiner = json!({ "name": "lattice", "certify": choices.certify });
     } else if let Some(name) = &choices.refiner {
         refiner = json!({ "name": name });
     }
-    if let Some(error) = choices.error {
+    if let Some(error) = choices.error.or(plain.then_some(DEFAULT_ERROR)) {
         refiner["target"] = json!(error);
     }
     put("refiner", Some(refiner));
@@ -75,6 +79,16 @@ fn options(choices: &Choices) -> Value {
         sampling.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?))).collect();
     put("sampling", Some(Value::Object(sampling)));
     Value::Object(keys)
+}
+
+/// Whether nothing is chosen that an error target would contradict.
+fn is_plain(choices: &Choices) -> bool {
+    let Choices { error, certify, refiner, upsampler, shading, samples, pattern, config, settings, .. } =
+        choices;
+    let chosen = [refiner, upsampler, shading, pattern].into_iter().any(Option::is_some);
+    let exact = matches!(choices.visibility.as_deref(), None | Some("bvh" | "beam" | "auto"));
+    let none = error.is_none() && !certify && !chosen && samples.is_none();
+    none && exact && config.is_none() && settings.is_empty()
 }
 
 /// A configuration file: JSON by its ending, TOML otherwise.

@@ -103,6 +103,7 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
         [
             "build_ms",
             "config",
+            "expected_nmse2",
             "fragments",
             "peak_bytes",
             "proofs",
@@ -114,7 +115,7 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
     );
     assert_eq!(
         (&stats["config"]["width"], &stats["config"]["refiner"]["name"]),
-        (&48.into(), &"sfvt-gass".into())
+        (&48.into(), &"lattice".into())
     );
     let mut stages = keys(&stats["stages_ms"]);
     stages.sort_unstable();
@@ -164,9 +165,9 @@ fn failure_maps_say_where_voxels_are_wrong_and_why() {
     assert!(bare > 10 * count("self_occlusion"), "{bare} of {failures}");
 
     let message = place.bad(&format!("{voxels} --failure-map g.png"));
-    assert!(message.contains("sfvt-gass") && message.contains("--refiner full"), "{message}");
+    assert!(message.contains("lattice") && message.contains("--refiner full"), "{message}");
     let message = place.bad("render contact --refiner full --failure-map g.png");
-    assert!(message.contains("bvh") && message.contains("--visibility voxel"), "{message}");
+    assert!(message.contains("auto") && message.contains("--visibility voxel"), "{message}");
     assert!(!place.path("g.png").exists());
 }
 

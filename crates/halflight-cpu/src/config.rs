@@ -107,9 +107,9 @@ impl Default for PipelineConfig {
         Self {
             width: 640,
             height: 480,
-            refiner: RefinerConfig::SfvtGass(SfvtGassConfig::default()),
-            visibility: VisibilityConfig::default(),
-            upsampler: UpsamplerConfig::default(),
+            refiner: RefinerConfig::Lattice(LatticeConfig::default()),
+            visibility: VisibilityConfig::Auto,
+            upsampler: UpsamplerConfig::Lattice,
             shading: Shading::default(),
             sampling: LightSampling::default(),
             seed: 0,

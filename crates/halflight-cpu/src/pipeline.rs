@@ -16,14 +16,14 @@ use halflight_core::scene::{MeshError, Scene};
 use halflight_core::stages::{Refiner, Unsupported, Upsampler, Visibility};
 use halflight_core::stats::{FrameStats, RayCounts, VisibilityStats};
 
-use crate::bvh::{Bvh, BvhRays};
+use crate::beam::Beam;
+use crate::bvh::Bvh;
 use crate::compose::{self, Totals, luminance};
 use crate::irradiance::{self, Shading};
 use crate::raster4d::Raster4dError;
-use crate::refine::SfvtGass;
-use crate::upsample::RbfRobust;
+use crate::refine::Lattice;
 use crate::voxel::VoxelError;
-use crate::{gbuffer, horizon, pyramid};
+use crate::{gbuffer, horizon, pyramid, upsample};
 
 /// The widest and highest image: cells hold their place in 16 bits.
 pub const MAX_SIZE: u32 = 32_768;
@@ -101,19 +101,19 @@ impl PipelineBuilder {
         self
     }
 
-    /// The refiner; [`SfvtGass`] by default.
+    /// The refiner; [`Lattice`] by default.
     pub fn refiner(mut self, refiner: impl Refiner + 'static) -> Self {
         self.refiner = Box::new(refiner);
         self
     }
 
-    /// The visibility backend; [`BvhRays`] by default.
+    /// The visibility backend; [`Beam::or_rays`] by default.
     pub fn visibility(mut self, visibility: impl Visibility + 'static) -> Self {
         self.visibility = Box::new(visibility);
         self
     }
 
-    /// The upsampler; [`RbfRobust`] by default.
+    /// The upsampler; [`upsample::Lattice`] by default.
     pub fn upsampler(mut self, upsampler: impl Upsampler + 'static) -> Self {
         self.upsampler = Box::new(upsampler);
         self
@@ -277,11 +277,11 @@ impl Pipeline {
     pub fn builder(scene: Arc<Scene>, bvh: Arc<Bvh>) -> PipelineBuilder {
         PipelineBuilder {
             scene,
-            visibility: Box::new(BvhRays::new(Arc::clone(&bvh))),
+            visibility: Box::new(Beam::or_rays(Arc::clone(&bvh))),
             bvh,
             size: (640, 480),
-            refiner: Box::new(SfvtGass::default()),
-            upsampler: Box::new(RbfRobust::default()),
+            refiner: Box::new(Lattice::default()),
+            upsampler: Box::new(upsample::Lattice::default()),
             shading: Shading::default(),
             sampling: LightSampling::default(),
             seed: 0,

@@ -13,6 +13,7 @@ mod drawing;
 pub mod equal_error;
 pub mod equal_time;
 pub mod error;
+pub mod expected;
 pub mod experiment;
 pub mod flicker;
 mod loaded;

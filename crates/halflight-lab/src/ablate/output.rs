@@ -13,7 +13,7 @@ use super::plan::{scene_label, slug};
 use super::record::{Finished, write_csv};
 use super::report::{self, Figure};
 use super::run::{Outcome, Places};
-use super::{AblateError, equal_error, equal_time, error, flicker, paper, scaling, sweep};
+use super::{AblateError, equal_error, equal_time, error, expected, flicker, paper, scaling, sweep};
 
 /// Writes `results.csv`, the tables that the experiment asks for (`paper.csv`, `equal-time.csv`, `summary.csv`, `slopes.csv`), the charts
 /// and `report.html`. `command` is what the report says it was made by.
@@ -65,6 +65,9 @@ fn charts(experiment: &Experiment, outcome: &Outcome, places: &Places) -> Result
     if !experiment.equal_error.is_empty() {
         let summary = equal_error::summary(&outcome.rows, &experiment.equal_error);
         charts.draw("summary".to_string(), &summary.chart(), Vec::new())?;
+    }
+    if let Some(chart) = expected::chart("Expected and true error".to_string(), &outcome.rows) {
+        charts.draw("expected".to_string(), &chart, Vec::new())?;
     }
     for setting in &outcome.settings {
         let rows: Vec<&Finished> = outcome.rows.iter().filter(|row| row.setting == setting.slug).collect();

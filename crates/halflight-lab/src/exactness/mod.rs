@@ -81,7 +81,7 @@ pub struct Backend {
     pub visibility: Box<dyn Visibility>,
 }
 
-/// The exact backends: `bvh`, which the others are held against, `raster4d` and `beam`.
+/// The exact backends: `bvh`, which the others are held against, `raster4d`, `beam` and `auto`.
 ///
 /// # Errors
 /// One cannot be set up.

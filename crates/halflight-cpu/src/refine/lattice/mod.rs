@@ -1,9 +1,12 @@
 //! The lattice refiner: masks at the corners of quadtree cells, refined where the visible fraction cannot be predicted.
 
+mod judge;
+mod view;
+
 use glam::Vec3;
 use halflight_core::fragment::{Cell, Fragments, Sample};
 use halflight_core::frame::Frame;
-use halflight_core::gbuffer::GBuffer;
+use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_core::mask::Purpose;
 use halflight_core::pattern::Pattern;
 use halflight_core::proof::{Proof, Region};
@@ -15,14 +18,14 @@ use serde::{Deserialize, Serialize};
 
 use super::breaks::Breaks;
 use super::pixel_set::PixelSet;
-use super::place::{cell_rect, faces_away};
 use super::target::{self, Neighbours, Plan, Trial};
 use super::{pixel_sample, trace_pixels};
 use crate::compose::luminance;
 use crate::corners::Corners;
 use crate::irradiance;
-use crate::rise::{Between, LightCorners, Rise, RiseLimits, Side};
+use crate::rise::{Between, Rise, RiseLimits};
 use crate::unshadowed::unshadowed_many;
+use view::View;
 
 /// Constants of [`Lattice`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,7 +40,7 @@ pub struct LatticeConfig {
     pub error: f32,
     /// NMSE₂ to come down to, or 0 to take `error` and the frame's samples as they are: 0. With a target, both are chosen by
     /// what the coarsest corners show with 64 samples. Where that takes more than 64, only receivers that see part of the
-    /// light are asked for more.
+    /// light are asked for more. Where most pixels would be traced anyway, all are.
     pub target: f32,
     /// Keep a cell only if it is proved that it hides no thin shadow: false. It takes a backend that proves things, `bvh` or
     /// `beam`; with others, and in foliage, every pixel is traced.
@@ -57,6 +60,9 @@ const NONE: u32 = u32::MAX;
 
 /// Samples whose unshadowed irradiance is computed together.
 const SHINE: usize = 64;
+
+/// Finest level above which it shows how much of the image will be traced.
+const DENSE_LEVEL: u8 = 2;
 
 /// Finest level at which proofs are tried: a proof costs as much as the masks of three receivers.
 const PROVE_LEVEL: u8 = 2;
@@ -270,6 +276,39 @@ impl Lattice {
         self.recent.extend(self.fresh.iter().map(|&pixel| (pixel, level)));
     }
 
+    /// Whether so many pixels are left to be looked at that every one may as well be traced.
+    fn is_dense(&self, gbuffer: &GBuffer) -> bool {
+        if self.top() < DENSE_LEVEL {
+            return false;
+        }
+        let level = usize::from(DENSE_LEVEL - 1);
+        let left = self.pending[level].len() << (2 * level);
+        let receivers = gbuffer.primitive.par_iter().filter(|&&triangle| triangle != NO_PRIMITIVE).count();
+        left as f32 > self.plan.dense_share() * receivers as f32
+    }
+
+    /// Asks for the masks of all receivers that have none, each a cell of its own.
+    fn trace_all(&mut self, view: &View, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
+        let gbuffer = view.gbuffer;
+        self.plan = self.plan.every_pixel();
+        self.kept.clear();
+        self.pending.iter_mut().for_each(Vec::clear);
+        let (corners, wanted) = (&self.corners, &self.wanted);
+        (0..gbuffer.height).into_par_iter().for_each(|y| {
+            for x in 0..gbuffer.width {
+                let pixel = gbuffer.index(x, y);
+                if corners[pixel] == NONE && gbuffer.is_receiver(pixel) {
+                    wanted.insert(x, y);
+                }
+            }
+        });
+        self.trace(view, 0, visibility, fragments);
+        for (pixel, &sample) in (0..).zip(&self.corners).filter(|&(_, &sample)| sample != NONE) {
+            fragments.push_cell(0, pixel % gbuffer.width, pixel / gbuffer.width, &[sample]);
+        }
+        self.proved.traced = if self.config.certify { fragments.cells().len() as u64 } else { 0 };
+    }
+
     /// Splits cells of which too little can be proved.
     fn certify(
         &mut self,
@@ -378,25 +417,10 @@ impl Lattice {
             power * variance * f64::from((x1 - x0) * (y1 - y0))
         };
         // In one order, so that rounding does not depend on the threads.
-        let sum: f64 = fragments.cells().iter().map(error).sum();
-        sum * f64::from(luminance(view.frame.light(view.light).radiance)).powi(2)
+        let parts = fragments.cells().par_chunks(4096).map(|cells| cells.iter().map(error).sum::<f64>());
+        parts.collect::<Vec<_>>().into_iter().sum::<f64>()
+            * f64::from(luminance(view.frame.light(view.light).radiance)).powi(2)
     }
-
-    fn keep(&mut self, gbuffer: &GBuffer, cell: Square, verdict: Verdict) {
-        let rect = cell_rect(gbuffer, cell.level, cell.x, cell.y);
-        let columns = gbuffer.width.div_ceil(2);
-        for y in rect.y0 / 2..rect.y1.div_ceil(2) {
-            let row = (y * columns + rect.x0 / 2) as usize..(y * columns + rect.x1.div_ceil(2)) as usize;
-            self.owners[row].fill(self.kept.len() as u32);
-        }
-        // Until cells are first compared all masks are recent; later ones have neighbours that are not.
-        self.suspected.push(self.mending);
-        if self.mending {
-            self.suspects.push(self.kept.len() as u32);
-        }
-        self.kept.push(Some((cell, verdict)));
-    }
-
     fn split(&mut self, cell: Square) {
         let level = cell.level - 1;
         self.pending[usize::from(level)].extend((0..4).map(|child| Square {
@@ -412,180 +436,6 @@ impl Lattice {
             NONE => f32::NAN,
             sample => self.fractions[sample as usize],
         }
-    }
-
-    /// Whether a cell whose corners are known can be interpolated over.
-    fn holds(&self, view: &View, cell: Square) -> bool {
-        let corners = cell.corners(view.gbuffer);
-        let found = corners.pixels().map(|pixel| self.fraction(pixel));
-        if self.breaks.inside(cell.level, cell.x, cell.y) == Between::Step {
-            return self.holds_step(view, cell.level, &corners, &found);
-        }
-        match found.iter().filter(|fraction| fraction.is_nan()).count() {
-            0 => {}
-            // On the unlit side, if no bulge turns back to the light.
-            4 => {
-                let rect = cell_rect(view.gbuffer, cell.level, cell.x, cell.y);
-                let light = view.frame.light(view.light);
-                let unlit = |x, y| faces_away(view.gbuffer, light, view.gbuffer.index(x, y));
-                return (rect.y0..rect.y1).all(|y| (rect.x0..rect.x1).all(|x| unlit(x, y)));
-            }
-            _ => return false,
-        }
-        let low = found.iter().copied().fold(f32::INFINITY, f32::min);
-        let high = found.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        if high - low <= self.plan.error {
-            return true;
-        }
-        let parent = Square { level: cell.level + 1, x: cell.x / 2, y: cell.y / 2 };
-        if cell.level >= self.top()
-            || self.breaks.inside(parent.level, parent.x, parent.y) != Between::Nothing
-        {
-            return false;
-        }
-        let parent = parent.corners(view.gbuffer);
-        let known = parent.pixels().map(|pixel| self.fraction(pixel));
-        corners.places().into_iter().zip(found).all(|((x, y), fraction)| {
-            // Without a fraction at the parent's corners there is no prediction, and the comparison fails.
-            (parent.interpolate(&view.rise, &known, x, y) - fraction).abs() <= self.plan.error
-        })
-    }
-
-    /// Whether a cell across a step can be interpolated over: corners on one surface agree, and one that is alone on its own
-    /// sees all of the light or nothing.
-    fn holds_step(&self, view: &View, level: u8, corners: &Corners, found: &[f32; 4]) -> bool {
-        let (pixels, places) = (corners.pixels(), corners.places());
-        (0..4).filter(|&one| view.gbuffer.is_receiver(pixels[one])).all(|one| {
-            let mut alone = true;
-            for other in (0..4).filter(|&other| pixels[other] != pixels[one]) {
-                let ((x0, y0), (x1, y1)) = (places[one], places[other]);
-                if view.rise.parts(pixels[one], pixels[other], x0.abs_diff(x1).max(y0.abs_diff(y1))) {
-                    continue;
-                }
-                alone = false;
-                let agree = (found[one] - found[other]).abs() <= self.plan.error
-                    || found[one].is_nan() && found[other].is_nan();
-                if !agree {
-                    return false;
-                }
-            }
-            let plain = found[one] == 0.0 || found[one] == 1.0 || found[one].is_nan();
-            !alone || plain && level == 1
-        })
-    }
-
-    /// Whether no corner of finer cells where they meet a kept one contradicts what it would have there.
-    fn meets_neighbours(&self, view: &View, cell: Square) -> bool {
-        let corners = cell.corners(view.gbuffer);
-        let known = corners.pixels().map(|pixel| self.fraction(pixel));
-        corners.edges().all(|(x, y)| {
-            let found = self.fraction(view.gbuffer.index(x, y));
-            if found.is_nan() {
-                return true;
-            }
-            let expected = corners.interpolate(&view.rise, &known, x, y);
-            // Without corners on the pixel's surface there is nothing to compare with.
-            expected.is_nan() || (found - expected).abs() <= self.plan.error
-        })
-    }
-
-    /// Splits kept cells that their neighbours contradict; whether there were any.
-    fn mend(&mut self, view: &View) -> bool {
-        self.suspect(view.gbuffer);
-        let (mut verdicts, mut suspects) =
-            (std::mem::take(&mut self.verdicts), std::mem::take(&mut self.suspects));
-        let meets = |&place: &u32| match self.kept[place as usize] {
-            Some((cell, _)) if !self.meets_neighbours(view, cell) => Verdict::Split,
-            _ => Verdict::Keep,
-        };
-        suspects.par_iter().with_min_len(64).map(meets).collect_into_vec(&mut verdicts);
-        let mut any = false;
-        for (&place, &verdict) in suspects.iter().zip(&verdicts) {
-            self.suspected[place as usize] = false;
-            if verdict == Verdict::Split
-                && let Some((cell, _)) = self.kept[place as usize].take()
-            {
-                self.split(cell);
-                any = true;
-            }
-        }
-        suspects.clear();
-        (self.verdicts, self.suspects) = (verdicts, suspects);
-        any
-    }
-
-    /// Finds the kept cells that recent pixels of finer ones lie on or just outside the edges of.
-    fn suspect(&mut self, gbuffer: &GBuffer) {
-        let (width, height, columns) = (gbuffer.width, gbuffer.height, gbuffer.width.div_ceil(2));
-        for &(pixel, level) in &self.recent {
-            let (x, y) = (pixel % width, pixel / width);
-            let (x0, y0) = (x.saturating_sub(1) / 2, y.saturating_sub(1) / 2);
-            let (x1, y1) = ((x + 1).min(width - 1) / 2, (y + 1).min(height - 1) / 2);
-            for (x, y) in [(x0, y0), (x1, y0), (x0, y1), (x1, y1)] {
-                let place = self.owners[(y * columns + x) as usize];
-                if place == NONE || self.suspected[place as usize] {
-                    continue;
-                }
-                if self.kept[place as usize].is_some_and(|(cell, _)| cell.level > level) {
-                    self.suspected[place as usize] = true;
-                    self.suspects.push(place);
-                }
-            }
-        }
-        self.recent.clear();
-        self.mending = true;
-    }
-}
-
-/// What all cells look at.
-struct View<'a> {
-    frame: &'a Frame<'a>,
-    gbuffer: &'a GBuffer,
-    light: u32,
-    rise: Rise<'a>,
-}
-
-impl View<'_> {
-    /// Where shadow rays of a cell's receivers start, its corners' included, without those that face away from the light.
-    /// Everywhere, where some have only part of the light above their horizon: of what little they get anything can hide a
-    /// large share.
-    fn region(&self, cell: Square) -> Region {
-        let (gbuffer, rect) = (self.gbuffer, cell_rect(self.gbuffer, cell.level, cell.x, cell.y));
-        let light = LightCorners(self.frame.light(self.light).corners());
-        let own = (rect.y0..rect.y1).flat_map(|y| (rect.x0..rect.x1).map(move |x| gbuffer.index(x, y)));
-        let mut region = Region::EMPTY;
-        for pixel in own.chain(cell.corners(gbuffer).pixels()) {
-            let Some(receiver) = gbuffer.receiver(pixel) else { continue };
-            match self.rise.side(&light, pixel) {
-                Side::Lit => region = region.with(receiver.origin),
-                Side::Unlit => {}
-                Side::Both => return Region { low: Vec3::NEG_INFINITY, high: Vec3::INFINITY },
-            }
-        }
-        region
-    }
-
-    /// Receivers among a cell's pixels.
-    fn receivers(&self, cell: Square) -> u64 {
-        let rect = cell_rect(self.gbuffer, cell.level, cell.x, cell.y);
-        let row =
-            |y| (rect.x0..rect.x1).filter(|&x| self.gbuffer.is_receiver(self.gbuffer.index(x, y))).count();
-        (rect.y0..rect.y1).map(row).sum::<usize>() as u64
-    }
-
-    /// Whether every pixel of a cell that sees something has a corner on its surface.
-    fn serves(&self, corners: &Corners, cell: Square) -> bool {
-        let (gbuffer, pixels, places) = (self.gbuffer, corners.pixels(), corners.places());
-        let rect = cell_rect(gbuffer, cell.level, cell.x, cell.y);
-        (rect.y0..rect.y1).all(|y| {
-            (rect.x0..rect.x1).all(|x| {
-                let pixel = gbuffer.index(x, y);
-                !gbuffer.is_receiver(pixel)
-                    || places.into_iter().zip(pixels).any(|((cx, cy), corner)| {
-                        self.rise.is_level(pixel, corner, cx.abs_diff(x).max(cy.abs_diff(y)))
-                    })
-            })
-        })
     }
 }
 
@@ -621,12 +471,20 @@ impl Refiner for Lattice {
         let all = (0..rows).flat_map(|y| (0..columns).map(move |x| Square { level: top, x, y }));
         self.pending[usize::from(top)].extend(all);
         let view = View { frame, gbuffer, light, rise: Rise::new(frame, &self.config.rise) };
-        loop {
-            for level in (0..=top).rev() {
+        // What the coarse levels have found tells whether the rest is worth the trouble.
+        for level in (DENSE_LEVEL..=top).rev() {
+            self.descend(level, &view, visibility, fragments);
+        }
+        if self.config.target > 0.0 && self.is_dense(gbuffer) {
+            self.trace_all(&view, visibility, fragments);
+        } else {
+            (0..DENSE_LEVEL.min(top + 1)).rev().for_each(|level| {
                 self.descend(level, &view, visibility, fragments);
-            }
-            if !self.mend(&view) {
-                break;
+            });
+            while self.mend(&view) {
+                for level in (0..top).rev() {
+                    self.descend(level, &view, visibility, fragments);
+                }
             }
         }
         for &(cell, verdict) in self.kept.iter().flatten() {

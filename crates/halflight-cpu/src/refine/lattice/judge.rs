@@ -1,0 +1,148 @@
+//! Which cells are kept: what corners say about what lies between them, and finer neighbours about their cells.
+
+use halflight_core::gbuffer::GBuffer;
+use rayon::prelude::*;
+
+use super::{Lattice, NONE, Square, Verdict, View};
+use crate::corners::Corners;
+use crate::refine::place::{cell_rect, faces_away};
+use crate::rise::Between;
+
+impl Lattice {
+    pub(super) fn keep(&mut self, gbuffer: &GBuffer, cell: Square, verdict: Verdict) {
+        let rect = cell_rect(gbuffer, cell.level, cell.x, cell.y);
+        let columns = gbuffer.width.div_ceil(2);
+        for y in rect.y0 / 2..rect.y1.div_ceil(2) {
+            let row = (y * columns + rect.x0 / 2) as usize..(y * columns + rect.x1.div_ceil(2)) as usize;
+            self.owners[row].fill(self.kept.len() as u32);
+        }
+        // Until cells are first compared all masks are recent; later ones have neighbours that are not.
+        self.suspected.push(self.mending);
+        if self.mending {
+            self.suspects.push(self.kept.len() as u32);
+        }
+        self.kept.push(Some((cell, verdict)));
+    }
+
+    /// Whether a cell whose corners are known can be interpolated over.
+    pub(super) fn holds(&self, view: &View, cell: Square) -> bool {
+        let corners = cell.corners(view.gbuffer);
+        let found = corners.pixels().map(|pixel| self.fraction(pixel));
+        if self.breaks.inside(cell.level, cell.x, cell.y) == Between::Step {
+            return self.holds_step(view, cell.level, &corners, &found);
+        }
+        match found.iter().filter(|fraction| fraction.is_nan()).count() {
+            0 => {}
+            // On the unlit side, if no bulge turns back to the light.
+            4 => {
+                let rect = cell_rect(view.gbuffer, cell.level, cell.x, cell.y);
+                let light = view.frame.light(view.light);
+                let unlit = |x, y| faces_away(view.gbuffer, light, view.gbuffer.index(x, y));
+                return (rect.y0..rect.y1).all(|y| (rect.x0..rect.x1).all(|x| unlit(x, y)));
+            }
+            _ => return false,
+        }
+        let low = found.iter().copied().fold(f32::INFINITY, f32::min);
+        let high = found.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        if high - low <= self.plan.error {
+            return true;
+        }
+        let parent = Square { level: cell.level + 1, x: cell.x / 2, y: cell.y / 2 };
+        if cell.level >= self.top()
+            || self.breaks.inside(parent.level, parent.x, parent.y) != Between::Nothing
+        {
+            return false;
+        }
+        let parent = parent.corners(view.gbuffer);
+        let known = parent.pixels().map(|pixel| self.fraction(pixel));
+        corners.places().into_iter().zip(found).all(|((x, y), fraction)| {
+            // Without a fraction at the parent's corners there is no prediction, and the comparison fails.
+            (parent.interpolate(&view.rise, &known, x, y) - fraction).abs() <= self.plan.error
+        })
+    }
+
+    /// Whether a cell across a step can be interpolated over: corners on one surface agree, and one that is alone on its own
+    /// sees all of the light or nothing.
+    fn holds_step(&self, view: &View, level: u8, corners: &Corners, found: &[f32; 4]) -> bool {
+        let (pixels, places) = (corners.pixels(), corners.places());
+        (0..4).filter(|&one| view.gbuffer.is_receiver(pixels[one])).all(|one| {
+            let mut alone = true;
+            for other in (0..4).filter(|&other| pixels[other] != pixels[one]) {
+                let ((x0, y0), (x1, y1)) = (places[one], places[other]);
+                if view.rise.parts(pixels[one], pixels[other], x0.abs_diff(x1).max(y0.abs_diff(y1))) {
+                    continue;
+                }
+                alone = false;
+                let agree = (found[one] - found[other]).abs() <= self.plan.error
+                    || found[one].is_nan() && found[other].is_nan();
+                if !agree {
+                    return false;
+                }
+            }
+            let plain = found[one] == 0.0 || found[one] == 1.0 || found[one].is_nan();
+            !alone || plain && level == 1
+        })
+    }
+
+    /// Whether no corner of finer cells where they meet a kept one contradicts what it would have there.
+    fn meets_neighbours(&self, view: &View, cell: Square) -> bool {
+        let corners = cell.corners(view.gbuffer);
+        let known = corners.pixels().map(|pixel| self.fraction(pixel));
+        corners.edges().all(|(x, y)| {
+            let found = self.fraction(view.gbuffer.index(x, y));
+            if found.is_nan() {
+                return true;
+            }
+            let expected = corners.interpolate(&view.rise, &known, x, y);
+            // Without corners on the pixel's surface there is nothing to compare with.
+            expected.is_nan() || (found - expected).abs() <= self.plan.error
+        })
+    }
+
+    /// Splits kept cells that their neighbours contradict; whether there were any.
+    pub(super) fn mend(&mut self, view: &View) -> bool {
+        self.suspect(view.gbuffer);
+        let (mut verdicts, mut suspects) =
+            (std::mem::take(&mut self.verdicts), std::mem::take(&mut self.suspects));
+        let meets = |&place: &u32| match self.kept[place as usize] {
+            Some((cell, _)) if !self.meets_neighbours(view, cell) => Verdict::Split,
+            _ => Verdict::Keep,
+        };
+        suspects.par_iter().with_min_len(64).map(meets).collect_into_vec(&mut verdicts);
+        let mut any = false;
+        for (&place, &verdict) in suspects.iter().zip(&verdicts) {
+            self.suspected[place as usize] = false;
+            if verdict == Verdict::Split
+                && let Some((cell, _)) = self.kept[place as usize].take()
+            {
+                self.split(cell);
+                any = true;
+            }
+        }
+        suspects.clear();
+        (self.verdicts, self.suspects) = (verdicts, suspects);
+        any
+    }
+
+    /// Finds the kept cells that recent pixels of finer ones lie on or just outside the edges of.
+    fn suspect(&mut self, gbuffer: &GBuffer) {
+        let (width, height, columns) = (gbuffer.width, gbuffer.height, gbuffer.width.div_ceil(2));
+        for &(pixel, level) in &self.recent {
+            let (x, y) = (pixel % width, pixel / width);
+            let (x0, y0) = (x.saturating_sub(1) / 2, y.saturating_sub(1) / 2);
+            let (x1, y1) = ((x + 1).min(width - 1) / 2, (y + 1).min(height - 1) / 2);
+            for (x, y) in [(x0, y0), (x1, y0), (x0, y1), (x1, y1)] {
+                let place = self.owners[(y * columns + x) as usize];
+                if place == NONE || self.suspected[place as usize] {
+                    continue;
+                }
+                if self.kept[place as usize].is_some_and(|(cell, _)| cell.level > level) {
+                    self.suspected[place as usize] = true;
+                    self.suspects.push(place);
+                }
+            }
+        }
+        self.recent.clear();
+        self.mending = true;
+    }
+}
