@@ -44,20 +44,23 @@ fn trace_with(isa: Isa, bvh: &Bvh, scene: &Scene, width: u32, height: u32, out: 
         });
 }
 
-/// Primary rays of a camera.
-struct View {
-    eye: Vec3,
+/// Primary rays of a camera, world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Where they start.
+    pub eye: Vec3,
     /// Direction through the top left corner of the image, one unit along the view direction.
-    corner: Vec3,
+    pub corner: Vec3,
     /// One pixel to the right.
-    right: Vec3,
+    pub right: Vec3,
     /// One pixel down.
-    down: Vec3,
+    pub down: Vec3,
     width: usize,
 }
 
 impl View {
-    fn new(camera: &Camera, width: u32, height: u32) -> Self {
+    /// The rays of a camera for an image of this size. A camera without a direction gets one.
+    pub fn new(camera: &Camera, width: u32, height: u32) -> Self {
         let forward = (camera.target - camera.eye).normalize_or(Vec3::NEG_Z);
         let right =
             forward.cross(camera.up).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());

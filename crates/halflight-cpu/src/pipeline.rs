@@ -192,7 +192,11 @@ impl PipelineBuilder {
     }
 }
 
-fn check_scene(scene: &Scene) -> Result<(), PipelineError> {
+/// Checks that a scene can be rendered: it has lights, and these, the mesh and the camera are in order.
+///
+/// # Errors
+/// The first fault found.
+pub fn check_scene(scene: &Scene) -> Result<(), PipelineError> {
     if scene.lights.is_empty() {
         return Err(PipelineError::NoLight);
     }

@@ -1,0 +1,176 @@
+//! The one place that says how large everything is that depends on the image.
+
+use halflight_core::pattern::Pattern;
+
+use crate::GpuError;
+use crate::bindings::Slot;
+use crate::frame::{self, Frame};
+use crate::scene::SceneBuffers;
+
+/// Counters before the tallies, kinds of tallies, and buckets of each: `shaders/shared/counters.wgsl`.
+pub(crate) const TALLY: u64 = 64;
+pub(crate) const TALLIES: u64 = 3;
+pub(crate) const BUCKETS: u64 = 64;
+
+/// Dispatches whose size the device knows.
+const INDIRECT: u64 = 2;
+
+/// Bytes of a query, and of a sample with its place.
+const QUERY: u64 = 16;
+const SAMPLE: u64 = 16;
+
+/// What an image takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Size {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    /// Most queries of one light.
+    pub(crate) queries: u32,
+    /// Uniforms.
+    pub(crate) frames: u32,
+}
+
+/// Buffers and textures of a size.
+#[derive(Debug)]
+pub(crate) struct Buffers {
+    pub(crate) size: Size,
+    /// Bytes from one uniform to the next.
+    pub(crate) frame_stride: u32,
+    pub(crate) frames: wgpu::Buffer,
+    pub(crate) ids: wgpu::TextureView,
+    pub(crate) depth: wgpu::TextureView,
+    pub(crate) position: wgpu::Buffer,
+    pub(crate) normal: wgpu::Buffer,
+    pub(crate) albedo: wgpu::Buffer,
+    pub(crate) queries: wgpu::Buffer,
+    pub(crate) wanted: wgpu::Buffer,
+    pub(crate) visible: wgpu::Buffer,
+    pub(crate) counters: wgpu::Buffer,
+    pub(crate) arguments: wgpu::Buffer,
+    pub(crate) samples: wgpu::Buffer,
+    pub(crate) plane: wgpu::Buffer,
+    pub(crate) image: wgpu::Buffer,
+    scene: SceneBuffers,
+}
+
+/// Checks that a buffer of this many bytes can be bound.
+///
+/// # Errors
+/// It cannot, with `advice`.
+pub(crate) fn check_size(
+    limits: &wgpu::Limits,
+    what: &'static str,
+    needed: u64,
+    advice: &'static str,
+) -> Result<(), GpuError> {
+    let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    if needed > limit {
+        Err(GpuError::TooLarge { what, needed, unit: "bytes", limit, advice })
+    } else {
+        Ok(())
+    }
+}
+
+impl Buffers {
+    /// Makes all of them.
+    ///
+    /// # Errors
+    /// The image is too large for the device.
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        scene: &SceneBuffers,
+        size: Size,
+        pattern: Pattern,
+    ) -> Result<Self, GpuError> {
+        let limits = device.limits();
+        let side = u64::from(size.width.max(size.height));
+        if side > u64::from(limits.max_texture_dimension_2d) {
+            return Err(GpuError::TooLarge {
+                what: "the G-buffer",
+                needed: side,
+                unit: "pixels along a side",
+                limit: limits.max_texture_dimension_2d.into(),
+                advice: "smaller images fit",
+            });
+        }
+        let pixels = u64::from(size.width) * u64::from(size.height);
+        let (_, cells) = frame::level_places(size.width, size.height);
+        let storage =
+            wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        let buffer = |what: &'static str, bytes: u64, usage: wgpu::BufferUsages| {
+            check_size(&limits, what, bytes, "smaller images or fewer light samples fit")?;
+            Ok::<_, GpuError>(device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(what),
+                size: bytes,
+                usage,
+                mapped_at_creation: false,
+            }))
+        };
+        let queries = u64::from(size.queries);
+        let masks = queries * u64::from(frame::words(pattern)) * 4;
+        let frame_stride =
+            (size_of::<Frame>() as u32).next_multiple_of(limits.min_uniform_buffer_offset_alignment);
+        let texture = |label: &'static str, format: wgpu::TextureFormat, usage: wgpu::TextureUsages| {
+            device
+                .create_texture(&wgpu::TextureDescriptor {
+                    label: Some(label),
+                    size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: 1 },
+                    mip_level_count: 1,
+                    sample_count: 1,
+                    dimension: wgpu::TextureDimension::D2,
+                    format,
+                    usage: usage | wgpu::TextureUsages::RENDER_ATTACHMENT,
+                    view_formats: &[],
+                })
+                .create_view(&wgpu::TextureViewDescriptor::default())
+        };
+        Ok(Self {
+            size,
+            frame_stride,
+            frames: buffer(
+                "uniforms",
+                u64::from(frame_stride) * u64::from(size.frames),
+                wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            )?,
+            ids: texture("triangles", wgpu::TextureFormat::R32Uint, wgpu::TextureUsages::TEXTURE_BINDING),
+            depth: texture("depth", wgpu::TextureFormat::Depth32Float, wgpu::TextureUsages::empty()),
+            position: buffer("points", 16 * pixels, storage)?,
+            normal: buffer("normals", 16 * pixels, storage)?,
+            albedo: buffer("albedos", 16 * pixels, storage)?,
+            queries: buffer("queries", QUERY * queries, storage)?,
+            wanted: buffer("wanted samples", masks, storage)?,
+            visible: buffer("visible samples", masks, storage)?,
+            counters: buffer("counters", 4 * (TALLY + TALLIES * BUCKETS), storage)?,
+            arguments: buffer("dispatches", 12 * INDIRECT, storage | wgpu::BufferUsages::INDIRECT)?,
+            samples: buffer("samples", SAMPLE * u64::from(cells), storage)?,
+            plane: buffer("values of pixels", 4 * pixels, storage)?,
+            image: buffer("image", 16 * pixels, storage)?,
+            scene: scene.clone(),
+        })
+    }
+
+    /// What a slot is bound to.
+    pub(crate) fn resource(&self, slot: Slot) -> wgpu::BindingResource<'_> {
+        let own = match slot {
+            Slot::Ids => return wgpu::BindingResource::TextureView(&self.ids),
+            Slot::Position => &self.position,
+            Slot::Normal => &self.normal,
+            Slot::Albedo => &self.albedo,
+            Slot::Queries => &self.queries,
+            Slot::Wanted => &self.wanted,
+            Slot::Visible => &self.visible,
+            Slot::Counters => &self.counters,
+            Slot::Arguments => &self.arguments,
+            Slot::Samples => &self.samples,
+            Slot::Plane => &self.plane,
+            Slot::Image => &self.image,
+            Slot::Nodes => &self.scene.nodes,
+            Slot::Triangles => &self.scene.triangles,
+            Slot::Faces => &self.scene.faces,
+            Slot::Materials => &self.scene.materials,
+            Slot::Uvs => &self.scene.uvs,
+            Slot::Texels => &self.scene.texels,
+        };
+        own.as_entire_binding()
+    }
+}

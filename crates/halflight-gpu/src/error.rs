@@ -1,0 +1,75 @@
+//! What can go wrong before a frame is recorded.
+
+use halflight_cpu::pipeline::PipelineError;
+
+/// Why there is no renderer, or why it cannot record a frame.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum GpuError {
+    /// No adapter was found.
+    #[error(
+        "no graphics adapter: install a Vulkan, Direct3D 12 or Metal driver; a software one does as well (on Debian: \
+         mesa-vulkan-drivers and libvulkan1)"
+    )]
+    NoAdapter,
+    /// The adapter gave no device.
+    #[error("the adapter {adapter} cannot be used: {reason}")]
+    Device {
+        /// Name of the adapter.
+        adapter: String,
+        /// What it said.
+        reason: String,
+    },
+    /// Scene, size or light samples cannot be rendered on any device.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// A stage has no twin here.
+    #[error("{stage} does not exist on the GPU: {reason}")]
+    Unsupported {
+        /// Name of the stage.
+        stage: &'static str,
+        /// Why, and what would work.
+        reason: &'static str,
+    },
+    /// A buffer or texture would be larger than the device allows.
+    #[error("{what} would take {needed} {unit}, but the device allows {limit}: {advice}")]
+    TooLarge {
+        /// What it holds.
+        what: &'static str,
+        /// What it would take.
+        needed: u64,
+        /// What is counted.
+        unit: &'static str,
+        /// What the device allows.
+        limit: u64,
+        /// What would fit.
+        advice: &'static str,
+    },
+    /// The hierarchy cannot be traversed.
+    #[error("the hierarchy is {depth} levels deep, more than the {limit} that shaders can traverse")]
+    TooDeep {
+        /// Its levels.
+        depth: usize,
+        /// Levels that are allowed.
+        limit: usize,
+    },
+    /// A coordinate is too large for single precision.
+    #[error("vertex {vertex} lies {limit} or more from the origin, too far for single precision")]
+    Extent {
+        /// The vertex.
+        vertex: usize,
+        /// The largest coordinate.
+        limit: f32,
+    },
+    /// A shader could not be read or compiled.
+    #[error("shader {name}: {reason}")]
+    Shader {
+        /// Its file in `shaders/`, or the program that it is part of.
+        name: String,
+        /// What happened.
+        reason: String,
+    },
+    /// A buffer could not be read back.
+    #[error("nothing came back from the device: {0}")]
+    Readback(String),
+}

@@ -1,0 +1,138 @@
+//! The uniform that all shaders read.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use halflight_core::frame::Sharing;
+use halflight_core::hash;
+use halflight_core::light::AreaLight;
+use halflight_core::pattern::{Pattern, PatternKind};
+use halflight_core::pyramid::MAX_LEVEL;
+use halflight_cpu::gbuffer::View;
+
+/// Levels from pixels to the coarsest cells.
+pub(crate) const LEVELS: usize = MAX_LEVEL as usize + 1;
+
+/// Twin of `Pattern` in `shaders/shared/frame.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct GpuPattern {
+    pub(crate) kind: u32,
+    pub(crate) columns: u32,
+    pub(crate) rows: u32,
+    pub(crate) count: u32,
+    pub(crate) words: u32,
+    pub(crate) stride: u32,
+    pub(crate) scale: [f32; 2],
+}
+
+impl GpuPattern {
+    /// A pattern as shaders see it.
+    pub(crate) fn new(pattern: Pattern) -> Self {
+        let count = pattern.len() as u32;
+        Self {
+            kind: match pattern.kind {
+                PatternKind::Grid => 0,
+                PatternKind::ShiftedRows => 1,
+                PatternKind::Jittered => 2,
+            },
+            columns: pattern.columns.into(),
+            rows: pattern.rows.into(),
+            count,
+            words: words(pattern),
+            stride: if count <= 64 { count.next_power_of_two() } else { count.next_multiple_of(64) },
+            scale: [1.0 / f32::from(pattern.columns), 1.0 / f32::from(pattern.rows)],
+        }
+    }
+}
+
+/// Words of 32 bits in a mask.
+pub(crate) fn words(pattern: Pattern) -> u32 {
+    (pattern.len() as u32).div_ceil(32)
+}
+
+/// Twin of `Frame` in `shaders/shared/frame.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Frame {
+    pub(crate) eye: [f32; 3],
+    pub(crate) width: u32,
+    pub(crate) corner: [f32; 3],
+    pub(crate) height: u32,
+    pub(crate) right: [f32; 3],
+    pub(crate) level: u32,
+    pub(crate) down: [f32; 3],
+    pub(crate) scene_size: f32,
+    pub(crate) light_corner: [f32; 3],
+    pub(crate) light_area: f32,
+    pub(crate) light_u: [f32; 3],
+    pub(crate) two_sided: u32,
+    pub(crate) light_v: [f32; 3],
+    pub(crate) light: u32,
+    pub(crate) light_cross: [f32; 3],
+    pub(crate) key: u32,
+    pub(crate) light_normal: [f32; 3],
+    pub(crate) sharing: u32,
+    pub(crate) radiance: [f32; 3],
+    pub(crate) capacity: u32,
+    pub(crate) pattern: GpuPattern,
+    pub(crate) levels: [u32; 8],
+}
+
+impl Frame {
+    /// What does not depend on the light.
+    pub(crate) fn new(view: &View, (width, height): (u32, u32), scene_size: f32, pattern: Pattern) -> Self {
+        Self {
+            eye: view.eye.to_array(),
+            corner: view.corner.to_array(),
+            right: view.right.to_array(),
+            down: view.down.to_array(),
+            width,
+            height,
+            scene_size,
+            pattern: GpuPattern::new(pattern),
+            levels: level_places(width, height).0,
+            ..Self::zeroed()
+        }
+    }
+
+    /// The same for one light.
+    pub(crate) fn with_light(self, number: u32, light: &AreaLight, key: Key) -> Self {
+        Self {
+            light_corner: light.corner.to_array(),
+            light_area: light.area(),
+            light_u: light.edge_u.to_array(),
+            light_v: light.edge_v.to_array(),
+            light_cross: Vec3::cross(light.edge_u, light.edge_v).to_array(),
+            light_normal: light.normal().to_array(),
+            two_sided: u32::from(light.two_sided),
+            radiance: light.radiance.to_array(),
+            light: number,
+            key: hash::fold(hash::fold(hash::mix(key.seed), key.frame), number),
+            sharing: match key.sharing {
+                Sharing::Receiver => 0,
+                Sharing::Fragment => 1,
+                Sharing::Frame => 2,
+            },
+            ..self
+        }
+    }
+}
+
+/// What pattern keys depend on besides light and place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Key {
+    pub(crate) seed: u32,
+    pub(crate) frame: u32,
+    pub(crate) sharing: Sharing,
+}
+
+/// The first cell of each level in buffers that hold all levels, and the number of cells altogether.
+pub(crate) fn level_places(width: u32, height: u32) -> ([u32; LEVELS], u32) {
+    let mut places = [0; LEVELS];
+    let mut next = 0;
+    for (level, place) in places.iter_mut().enumerate() {
+        *place = next;
+        next += width.div_ceil(1 << level) * height.div_ceil(1 << level);
+    }
+    (places, next)
+}

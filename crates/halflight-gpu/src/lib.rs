@@ -1,0 +1,41 @@
+//! The stages of Halflight as wgpu compute passes on the caller's device, equal to their twins on the CPU.
+//!
+//! The caller brings a [`wgpu::Device`] and its queue (or takes [`Gpu::find`]'s), and a command encoder; [`Renderer::record`]
+//! adds a frame to it and neither submits, maps nor waits:
+//!
+//! ```no_run
+//! use halflight_gpu::{Gpu, Inputs, Renderer};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let (scene, config) = (halflight_core::scene::Scene::default(), halflight_cpu::config::PipelineConfig::default());
+//! let gpu = Gpu::find()?;
+//! let mut renderer = Renderer::new(&gpu.device, &gpu.queue, &scene, &config)?;
+//! let mut encoder = gpu.device.create_command_encoder(&Default::default());
+//! renderer.record(&mut encoder, &Inputs::default())?;
+//! gpu.queue.submit([encoder.finish()]);
+//! let irradiance: Vec<[f32; 4]> = gpu.read(renderer.image())?;
+//! # Ok(())
+//! # }
+//! ```
+
+mod bindings;
+mod buffers;
+mod error;
+mod frame;
+mod gbuffer;
+mod gpu;
+mod programs;
+mod renderer;
+mod scene;
+mod shader;
+mod stage;
+mod stats;
+#[cfg(test)]
+mod tests;
+
+pub use wgpu;
+
+pub use error::GpuError;
+pub use gpu::{Gpu, optional_features, required_features, required_limits};
+pub use renderer::{Inputs, Inside, Renderer, Surfaces};
+pub use shader::visibility_module;
+pub use stats::{GpuStats, PendingStats};

@@ -1,0 +1,143 @@
+//! All shaders: what they are put together from and what they bind.
+
+use crate::bindings::{Access, Slot};
+use Access::{Read, Write};
+
+/// A shader with one entry point, or two for rasterization.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Program {
+    /// What it is called in errors, captures and tests.
+    pub(crate) name: &'static str,
+    /// Its entry point; of two, the vertex shader's.
+    pub(crate) entry: &'static str,
+    /// Files in `shaders/`, in the order in which they are put together. `shared/frame.wgsl` comes before them.
+    pub(crate) modules: &'static [&'static str],
+    /// What it binds besides the uniform.
+    pub(crate) slots: &'static [(Slot, Access)],
+}
+
+pub(crate) const GBUFFER: Program = Program {
+    name: "gbuffer",
+    entry: "corner",
+    modules: &["gbuffer.wgsl"],
+    slots: &[(Slot::Triangles, Read)],
+};
+
+pub(crate) const RESOLVE: Program = Program {
+    name: "resolve",
+    entry: "resolve",
+    modules: &["resolve.wgsl"],
+    slots: &[
+        (Slot::Triangles, Read),
+        (Slot::Faces, Read),
+        (Slot::Materials, Read),
+        (Slot::Uvs, Read),
+        (Slot::Texels, Read),
+        (Slot::Ids, Read),
+        (Slot::Position, Write),
+        (Slot::Normal, Write),
+        (Slot::Albedo, Write),
+    ],
+};
+
+pub(crate) const FULL: Program = Program {
+    name: "full",
+    entry: "full",
+    modules: &[
+        "shared/surface.wgsl",
+        "shared/hash.wgsl",
+        "shared/counters.wgsl",
+        "shared/query.wgsl",
+        "shared/append.wgsl",
+        "refine/full.wgsl",
+    ],
+    slots: &[
+        (Slot::Normal, Read),
+        (Slot::Queries, Write),
+        (Slot::Wanted, Write),
+        (Slot::Counters, Write),
+        (Slot::Samples, Write),
+    ],
+};
+
+pub(crate) const DISPATCH: Program = Program {
+    name: "dispatch",
+    entry: "dispatch",
+    modules: &["shared/counters.wgsl", "dispatch.wgsl"],
+    slots: &[(Slot::Counters, Write), (Slot::Arguments, Write)],
+};
+
+/// The masks, by the hierarchy.
+pub(crate) const BVH_MASKS: Program = Program {
+    name: "masks",
+    entry: "masks",
+    modules: &[
+        "shared/surface.wgsl",
+        "shared/receiver.wgsl",
+        "shared/hash.wgsl",
+        "shared/light.wgsl",
+        "shared/counters.wgsl",
+        "shared/query.wgsl",
+        "visibility/bvh.wgsl",
+        "visibility/masks.wgsl",
+    ],
+    slots: &[
+        (Slot::Nodes, Read),
+        (Slot::Triangles, Read),
+        (Slot::Position, Read),
+        (Slot::Normal, Read),
+        (Slot::Queries, Read),
+        (Slot::Wanted, Write),
+        (Slot::Visible, Write),
+        (Slot::Counters, Write),
+    ],
+};
+
+pub(crate) const IRRADIANCE: Program = Program {
+    name: "irradiance",
+    entry: "irradiance",
+    modules: &[
+        "shared/surface.wgsl",
+        "shared/receiver.wgsl",
+        "shared/hash.wgsl",
+        "shared/light.wgsl",
+        "shared/counters.wgsl",
+        "shared/query.wgsl",
+        "shared/sums.wgsl",
+        "irradiance.wgsl",
+    ],
+    slots: &[
+        (Slot::Position, Read),
+        (Slot::Normal, Read),
+        (Slot::Queries, Read),
+        (Slot::Wanted, Read),
+        (Slot::Visible, Read),
+        (Slot::Counters, Write),
+        (Slot::Samples, Write),
+    ],
+};
+
+pub(crate) const COPY: Program = Program {
+    name: "copy",
+    entry: "copy",
+    modules: &["shared/surface.wgsl", "shared/query.wgsl", "upsample/copy.wgsl"],
+    slots: &[(Slot::Normal, Read), (Slot::Samples, Read), (Slot::Plane, Write)],
+};
+
+pub(crate) const COMPOSE: Program = Program {
+    name: "compose",
+    entry: "compose",
+    modules: &[
+        "shared/surface.wgsl",
+        "shared/receiver.wgsl",
+        "shared/hash.wgsl",
+        "shared/light.wgsl",
+        "shared/unshadowed.wgsl",
+        "compose.wgsl",
+    ],
+    slots: &[(Slot::Position, Read), (Slot::Normal, Read), (Slot::Plane, Read), (Slot::Image, Write)],
+};
+
+/// All of them, for tests.
+#[cfg(test)]
+pub(crate) const ALL: &[Program] = &[GBUFFER, RESOLVE, FULL, DISPATCH, BVH_MASKS, IRRADIANCE, COPY, COMPOSE];

@@ -1,0 +1,206 @@
+//! Times and counts of a frame, read back when the caller wants them.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use halflight_core::stats::{FrameStats, StageTimes};
+
+use crate::GpuError;
+use crate::buffers::{BUCKETS, TALLIES, TALLY};
+
+/// A stage whose time is taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Timed {
+    Gbuffer,
+    Refine,
+    Visibility,
+    Irradiance,
+    Upsample,
+    Compose,
+}
+
+/// Passes of a frame that are timed at most; further ones are not.
+const PASSES: u32 = 1024;
+
+/// Timestamps of a frame.
+#[derive(Debug)]
+pub(crate) struct Clock {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    /// Nanoseconds a tick.
+    period: f32,
+    passes: Vec<Timed>,
+}
+
+impl Clock {
+    /// A clock, if the device has one.
+    pub(crate) fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Option<Self> {
+        device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| Self {
+            queries: device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("times"),
+                ty: wgpu::QueryType::Timestamp,
+                count: 2 * PASSES,
+            }),
+            resolved: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("times"),
+                size: 16 * u64::from(PASSES),
+                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            }),
+            period: queue.get_timestamp_period(),
+            passes: Vec::new(),
+        })
+    }
+
+    /// Forgets the last frame.
+    pub(crate) fn start(&mut self) {
+        self.passes.clear();
+    }
+
+    /// Where a pass writes its beginning and its end.
+    fn place(&mut self, stage: Timed) -> Option<u32> {
+        let place = 2 * self.passes.len() as u32;
+        (place < 2 * PASSES).then(|| {
+            self.passes.push(stage);
+            place
+        })
+    }
+
+    /// The same for a compute pass.
+    pub(crate) fn compute(&mut self, stage: Timed) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+        let place = self.place(stage)?;
+        Some(wgpu::ComputePassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: Some(place),
+            end_of_pass_write_index: Some(place + 1),
+        })
+    }
+
+    /// The same for a render pass.
+    pub(crate) fn render(&mut self, stage: Timed) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
+        let place = self.place(stage)?;
+        Some(wgpu::RenderPassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: Some(place),
+            end_of_pass_write_index: Some(place + 1),
+        })
+    }
+}
+
+/// Statistics of a frame that has been recorded. Nothing is lost when it is dropped.
+#[derive(Debug)]
+pub struct PendingStats {
+    counters: wgpu::Buffer,
+    times: Option<wgpu::Buffer>,
+    passes: Vec<Timed>,
+    period: f32,
+}
+
+impl PendingStats {
+    pub(crate) fn record(
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        counters: &wgpu::Buffer,
+        clock: Option<&Clock>,
+    ) -> Self {
+        let staging = |size: u64| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("statistics"),
+                size,
+                usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                mapped_at_creation: false,
+            })
+        };
+        let copy = staging(counters.size());
+        encoder.copy_buffer_to_buffer(counters, 0, &copy, 0, counters.size());
+        let clock = clock.filter(|clock| !clock.passes.is_empty());
+        let times = clock.map(|clock| {
+            let count = 2 * clock.passes.len() as u32;
+            encoder.resolve_query_set(&clock.queries, 0..count, &clock.resolved, 0);
+            let copy = staging(8 * u64::from(count));
+            encoder.copy_buffer_to_buffer(&clock.resolved, 0, &copy, 0, copy.size());
+            copy
+        });
+        Self {
+            counters: copy,
+            times,
+            passes: clock.map_or_else(Vec::new, |clock| clock.passes.clone()),
+            period: clock.map_or(0.0, |clock| clock.period),
+        }
+    }
+
+    /// Calls `done` with the statistics once the frame has been submitted and the caller has polled the device. Times are 0
+    /// where the device takes none.
+    pub fn read(self, done: impl FnOnce(Result<GpuStats, GpuError>) + Send + 'static) {
+        let buffers: Vec<_> = std::iter::once(self.counters.clone()).chain(self.times.clone()).collect();
+        let waiting = Arc::new(AtomicUsize::new(buffers.len()));
+        let shared = Arc::new(std::sync::Mutex::new(Some((self, done))));
+        for buffer in buffers {
+            let (waiting, shared) = (Arc::clone(&waiting), Arc::clone(&shared));
+            buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+                let last = waiting.fetch_sub(1, Ordering::AcqRel) == 1;
+                if result.is_ok() && !last {
+                    return;
+                }
+                let taken = shared.lock().ok().and_then(|mut shared| shared.take());
+                if let Some((stats, done)) = taken {
+                    done(match result {
+                        Ok(()) => stats.collect(),
+                        Err(error) => Err(GpuError::Readback(error.to_string())),
+                    });
+                }
+            });
+        }
+    }
+
+    fn collect(&self) -> Result<GpuStats, GpuError> {
+        let failed = |error: wgpu::MapRangeError| GpuError::Readback(error.to_string());
+        let view = self.counters.slice(..).get_mapped_range().map_err(failed)?;
+        let counters: Vec<u32> = bytemuck::pod_collect_to_vec(&view);
+        let tally = |kind: u64| {
+            let first = (TALLY + kind * BUCKETS) as usize;
+            counters[first..first + BUCKETS as usize].iter().map(|&count| u64::from(count)).sum()
+        };
+        let mut frame = FrameStats::default();
+        for (total, &count) in frame.fragments.per_level.iter_mut().zip(&counters[16..32]) {
+            *total = count.into();
+        }
+        frame.fragments.total = frame.fragments.per_level.iter().sum();
+        (frame.rays.refine, frame.rays.last, frame.rays.skipped) = (tally(0), tally(1), tally(TALLIES - 1));
+        frame.rays.total = frame.rays.refine + frame.rays.last;
+        if let Some(times) = &self.times {
+            let view = times.slice(..).get_mapped_range().map_err(failed)?;
+            let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&view);
+            for (stage, ticks) in self.passes.iter().zip(ticks.chunks_exact(2)) {
+                let ms = ticks[1].saturating_sub(ticks[0]) as f64 * f64::from(self.period) * 1e-6;
+                *column(&mut frame.stages_ms, *stage) += ms;
+            }
+            let (first, last) = (ticks.iter().min(), ticks.iter().max());
+            if let (Some(first), Some(last)) = (first, last) {
+                frame.total_ms = (last - first) as f64 * f64::from(self.period) * 1e-6;
+            }
+        }
+        Ok(GpuStats { frame, lost: counters[1].into() })
+    }
+}
+
+fn column(times: &mut StageTimes, stage: Timed) -> &mut f64 {
+    match stage {
+        Timed::Gbuffer => &mut times.gbuffer,
+        Timed::Refine => &mut times.refine,
+        Timed::Visibility => &mut times.visibility,
+        Timed::Irradiance => &mut times.irradiance,
+        Timed::Upsample => &mut times.upsample,
+        Timed::Compose => &mut times.compose,
+    }
+}
+
+/// Statistics of a frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GpuStats {
+    /// Times and counts, as from the CPU.
+    pub frame: FrameStats,
+    /// Queries that did not fit into their buffer. Buffers are sized so that there are none; more than 0 is a fault of the
+    /// renderer, and the image lacks what they would have added.
+    pub lost: u64,
+}

@@ -1,0 +1,62 @@
+use naga::TypeInner;
+
+use super::permutations::parsed;
+use crate::frame::{Frame, GpuPattern};
+use crate::programs::{FULL, RESOLVE};
+use crate::scene::GpuMaterial;
+
+/// Checks members' offsets and the size of a structure against naga's.
+macro_rules! check {
+    ($module:expr, $name:literal, $kind:ty, $($member:ident),+) => {{
+        let (members, span) = structure($module, $name);
+        let expected = [$((stringify!($member), std::mem::offset_of!($kind, $member) as u32)),+];
+        assert_eq!(members, expected.map(|(name, offset)| (name.to_owned(), offset)), $name);
+        assert_eq!(span as usize, size_of::<$kind>(), $name);
+    }};
+}
+
+fn structure(module: &naga::Module, name: &str) -> (Vec<(String, u32)>, u32) {
+    let found = module.types.iter().find(|(_, kind)| kind.name.as_deref() == Some(name));
+    let (_, kind) = found.unwrap_or_else(|| panic!("no structure {name}"));
+    let TypeInner::Struct { members, span } = &kind.inner else { panic!("{name} is no structure") };
+    (members.iter().map(|member| (member.name.clone().unwrap(), member.offset)).collect(), *span)
+}
+
+#[test]
+fn structures_are_laid_out_alike() {
+    let module = &parsed(&FULL);
+    check!(module, "Pattern", GpuPattern, kind, columns, rows, count, words, stride, scale);
+    check!(
+        module,
+        "Frame",
+        Frame,
+        eye,
+        width,
+        corner,
+        height,
+        right,
+        level,
+        down,
+        scene_size,
+        light_corner,
+        light_area,
+        light_u,
+        two_sided,
+        light_v,
+        light,
+        light_cross,
+        key,
+        light_normal,
+        sharing,
+        radiance,
+        capacity,
+        pattern,
+        levels
+    );
+    let (members, span) = structure(&parsed(&RESOLVE), "Material");
+    // Its last eight bytes have no name in the shader.
+    assert_eq!(members.len(), 3);
+    assert_eq!(members[1].1 as usize, std::mem::offset_of!(GpuMaterial, texels));
+    assert_eq!(members[2].1 as usize, std::mem::offset_of!(GpuMaterial, size));
+    assert_eq!(span as usize, size_of::<GpuMaterial>());
+}

@@ -1,0 +1,34 @@
+use naga::front::wgsl;
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+use crate::bindings::Access;
+use crate::programs::{ALL, Program};
+use crate::shader::source;
+
+/// A program as naga sees it.
+pub(super) fn parsed(program: &Program) -> naga::Module {
+    let text = source(program, None).unwrap();
+    wgsl::parse_str(&text).unwrap_or_else(|error| panic!("{}: {}", program.name, error.emit_to_string(&text)))
+}
+
+#[test]
+fn every_program_is_valid_and_binds_what_it_says() {
+    for program in ALL {
+        let module = parsed(program);
+        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+        let info = validator.validate(&module).unwrap_or_else(|error| panic!("{}: {error:?}", program.name));
+        let index = module.entry_points.iter().position(|entry| entry.name == program.entry).unwrap();
+        let used = info.get_entry_point(index);
+        for (handle, global) in module.global_variables.iter() {
+            let Some(binding) = global.binding else { continue };
+            let usage = used[handle];
+            assert!(!usage.is_empty(), "{} does not use {:?}", program.name, global.name);
+            let known = program.slots.iter().find(|(slot, _)| slot.binding() == binding.binding);
+            if let Some((slot, Access::Write)) = known {
+                let writes = usage.contains(naga::valid::GlobalUse::WRITE);
+                let atomic = global.name.as_deref() == Some("counters");
+                assert!(writes || atomic, "{} only reads {slot:?}", program.name);
+            }
+        }
+    }
+}

@@ -1,0 +1,27 @@
+// Rasterizes triangle numbers. Everything else about a pixel follows from its triangle (resolve.wgsl).
+
+struct Corner {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) @interpolate(flat) triangle: u32,
+}
+
+// Distance of the near plane as a share of the scene's size. Depth is inverted, so that its precision is relative.
+const NEAR: f32 = 1e-6;
+
+@vertex
+fn corner(@builtin(vertex_index) vertex: u32) -> Corner {
+    let point = triangles[vertex].xyz - frame.eye;
+    // Coordinates along the directions of a pixel, and along the view.
+    let right = frame.right * f32(frame.width) * 0.5;
+    let down = frame.down * f32(frame.height) * 0.5;
+    let ahead = frame.corner + right + down;
+    let z = dot3(point, ahead);
+    let x = dot3(point, right) / dot3(right, right);
+    let y = -dot3(point, down) / dot3(down, down);
+    return Corner(vec4(x, y, frame.scene_size * NEAR, z), vertex / 3u);
+}
+
+@fragment
+fn fragment(@location(0) @interpolate(flat) triangle: u32) -> @location(0) u32 {
+    return triangle;
+}

@@ -1,0 +1,22 @@
+// Values of samples that are made of one query each.
+
+// What is interpolated: 0 irradiance, 1 the visible fraction.
+override SHADING: u32 = 1u;
+
+@compute @workgroup_size(64)
+fn irradiance(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let query = (workgroup.y * workgroups.x + workgroup.x) * 64u + lane;
+    if query >= min(atomicLoad(&counters[QUERIES]), frame.capacity) {
+        return;
+    }
+    let place = queries[query].place;
+    if SHADING == 0u {
+        samples[place].value = sums_sampled(query_sums(query));
+    } else {
+        samples[place].value = query_fraction(query);
+    }
+}

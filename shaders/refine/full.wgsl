@@ -1,0 +1,19 @@
+// Every receiver asks for a full mask. Tiles of 8 × 8 pixels, whose receivers see nearly the same, stay together.
+
+@compute @workgroup_size(8, 8)
+fn full(@builtin(global_invocation_id) at: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let pixel = at.y * frame.width + at.x;
+    var asks = at.x < frame.width && at.y < frame.height;
+    if asks {
+        asks = is_receiver(pixel);
+        samples[pixel] = Sample(vec2<f32>(at.xy) + 0.5, NO_VALUE, pixel);
+    }
+    let slot = append(lane, asks, QUERIES, frame.capacity);
+    if slot == NONE {
+        return;
+    }
+    queries[slot] = Query(pixel, pattern_key(pixel, pixel), frame.pattern.count, pixel);
+    for (var word = 0u; word < frame.pattern.words; word++) {
+        wanted[slot * frame.pattern.words + word] = full_word(word);
+    }
+}

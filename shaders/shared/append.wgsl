@@ -1,0 +1,33 @@
+// Stream compaction: the invocations of a workgroup of 64 that want a slot get consecutive ones, in their order.
+
+var<workgroup> append_marks: array<atomic<u32>, 2>;
+var<workgroup> append_first: u32;
+
+// The slot of this invocation; NONE where it wants none, or where there is no room left. All of a workgroup must call it, once.
+fn append(lane: u32, wants: bool, counter: u32, capacity: u32) -> u32 {
+    if wants {
+        atomicOr(&append_marks[lane >> 5u], 1u << (lane & 31u));
+    }
+    workgroupBarrier();
+    let low = atomicLoad(&append_marks[0]);
+    let high = atomicLoad(&append_marks[1]);
+    if lane == 0u {
+        append_first = atomicAdd(&counters[counter], countOneBits(low) + countOneBits(high));
+    }
+    workgroupBarrier();
+    let before = (1u << (lane & 31u)) - 1u;
+    var slot = append_first;
+    if lane < 32u {
+        slot += countOneBits(low & before);
+    } else {
+        slot += countOneBits(low) + countOneBits(high & before);
+    }
+    if !wants {
+        return NONE;
+    }
+    if slot >= capacity {
+        atomicAdd(&counters[OVERFLOW], 1u);
+        return NONE;
+    }
+    return slot;
+}

@@ -1,0 +1,75 @@
+// What every stage knows: the one uniform. Its twin is `Frame` in frame.rs.
+
+// A number that marks nothing.
+const NONE: u32 = 0xffffffffu;
+
+struct Pattern {
+    kind: u32,
+    columns: u32,
+    rows: u32,
+    // Samples.
+    count: u32,
+    // Words of 32 bits in a mask.
+    words: u32,
+    // Invocations that a query takes: a power of two up to 64, then a multiple of 64.
+    stride: u32,
+    // One over columns and rows, divided on the CPU so that all positions have the same bits.
+    scale: vec2<f32>,
+}
+
+struct Frame {
+    eye: vec3<f32>,
+    width: u32,
+    // Direction through the top left corner of the image, one unit along the view direction.
+    corner: vec3<f32>,
+    height: u32,
+    // One pixel to the right, and one down.
+    right: vec3<f32>,
+    level: u32,
+    down: vec3<f32>,
+    scene_size: f32,
+    light_corner: vec3<f32>,
+    light_area: f32,
+    light_u: vec3<f32>,
+    two_sided: u32,
+    light_v: vec3<f32>,
+    // Number of the light.
+    light: u32,
+    // Product of the light's edges, and the same as a unit vector.
+    light_cross: vec3<f32>,
+    key: u32,
+    light_normal: vec3<f32>,
+    sharing: u32,
+    radiance: vec3<f32>,
+    // Room for queries.
+    capacity: u32,
+    pattern: Pattern,
+    // The first cell of each level in buffers that hold all levels.
+    levels: array<vec4<u32>, 2>,
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+
+fn level_first(level: u32) -> u32 {
+    return frame.levels[level >> 2u][level & 3u];
+}
+
+// Cells of a level, across and down.
+fn level_size(level: u32) -> vec2<u32> {
+    let most = (1u << level) - 1u;
+    return (vec2(frame.width, frame.height) + most) >> vec2(level);
+}
+
+// Index of a cell in buffers that hold all levels.
+fn cell_index(level: u32, cell: vec2<u32>) -> u32 {
+    return level_first(level) + cell.y * level_size(level).x + cell.x;
+}
+
+// Written out, so that no compiler chooses an order.
+fn dot3(a: vec3<f32>, b: vec3<f32>) -> f32 {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+fn cross3(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
+    return vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}

@@ -1,0 +1,78 @@
+// Sums over light samples, in the order of lanes that the CPU has.
+
+struct Sums {
+    // Geometry terms of the visible samples, and of all.
+    visible: f32,
+    all: f32,
+    // Samples asked for.
+    count: u32,
+}
+
+// Lanes that the CPU adds up apart.
+const LANES: u32 = 16u;
+
+fn query_sums(query: u32) -> Sums {
+    let asked = queries[query];
+    var sums = Sums(0.0, 0.0, asked.asked);
+    if asked.pixel == NONE {
+        return sums;
+    }
+    let receiver = receiver_at(asked.pixel);
+    let towards = facing(receiver.origin);
+    if all(towards == vec3(0.0)) {
+        return sums;
+    }
+    let first = query * frame.pattern.words;
+    for (var lane = 0u; lane < min(LANES, frame.pattern.count); lane++) {
+        var lit = 0.0;
+        var both = 0.0;
+        for (var index = lane; index < frame.pattern.count; index += LANES) {
+            let word = first + index / 32u;
+            if ((wanted[word] >> (index & 31u)) & 1u) == 0u {
+                continue;
+            }
+            let d = sample_point(index, asked.key) - receiver.origin;
+            let term = geometry_term(d, receiver.normal, towards);
+            both += term;
+            if ((visible[word] >> (index & 31u)) & 1u) != 0u {
+                lit += term;
+            }
+        }
+        sums.visible += lit;
+        sums.all += both;
+    }
+    return sums;
+}
+
+// The visible fraction of one query; NO_VALUE where every sample lies below a horizon.
+fn query_fraction(query: u32) -> f32 {
+    let first = query * frame.pattern.words;
+    var lit = 0u;
+    var unlit = 0u;
+    for (var word = first; word < first + frame.pattern.words; word++) {
+        lit |= wanted[word] & visible[word];
+        unlit |= wanted[word] & ~visible[word];
+    }
+    if lit == 0u && unlit == 0u {
+        return NO_VALUE;
+    }
+    if lit == 0u || unlit == 0u {
+        return select(1.0, 0.0, lit == 0u);
+    }
+    return sums_fraction(query_sums(query));
+}
+
+fn sums_fraction(sums: Sums) -> f32 {
+    if sums.all <= 0.0 {
+        return NO_VALUE;
+    }
+    return sums.visible / sums.all;
+}
+
+// Irradiance per radiance.
+fn sums_sampled(sums: Sums) -> f32 {
+    if sums.count == 0u {
+        return 0.0;
+    }
+    return frame.light_area * sums.visible / f32(sums.count);
+}

@@ -1,0 +1,13 @@
+// The G-buffer: `normal` holds the bits of unit normals and the triangle's number (NONE where nothing is seen).
+
+fn triangle_at(pixel: u32) -> u32 {
+    return normal[pixel].w;
+}
+
+fn is_receiver(pixel: u32) -> bool {
+    return triangle_at(pixel) != NONE;
+}
+
+fn normal_at(pixel: u32) -> vec3<f32> {
+    return bitcast<vec3<f32>>(normal[pixel].xyz);
+}

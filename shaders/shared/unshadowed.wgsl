@@ -1,0 +1,146 @@
+// Analytic unshadowed irradiance of the light, as in halflight-cpu/src/unshadowed.rs.
+//
+// Lambert's formula cancels where the light is small in the sky, and shading languages have no double precision to rely on.
+// There the light is cut into triangles, clipped to the horizon, and integrated by cubature: what the formula cannot do in
+// single precision is easy for a polynomial, since the integrand hardly varies.
+
+const PI: f32 = 3.14159265358979;
+
+// atan2(sine, cosine) / sine for sine ≥ 0. The argument of the arctangent is brought to 0 … tan(π/8), where eight terms of
+// its series are good to 1e-8.
+fn angle_over_sine(sine: f32, cosine: f32) -> f32 {
+    let magnitude = abs(cosine);
+    let low = sine <= 0.41421357 * magnitude;
+    let high = sine >= 2.4142137 * magnitude;
+    var ratio = vec3(sine - magnitude, sine + magnitude, 0.25 * PI);
+    if low {
+        ratio = vec3(sine, magnitude, 0.0);
+    } else if high {
+        ratio = vec3(-magnitude, sine, 0.5 * PI);
+    }
+    let t = ratio.x / max(ratio.y, 1.17549435e-38);
+    let z = t * t;
+    var series = 0.0;
+    for (var term = 8; term > 0; term--) {
+        let sign = select(1.0, -1.0, (term & 1) == 1);
+        series = (series + sign / f32(2 * term + 1)) * z;
+    }
+    let atan = ratio.z + (t + t * series);
+    let angle = select(atan, PI - atan, cosine < 0.0);
+    if low && cosine > 0.0 {
+        return (1.0 + series) / magnitude;
+    }
+    return angle / max(sine, 1.17549435e-38);
+}
+
+// The part of the light above a receiver's horizon, seen from the receiver.
+struct Polygon {
+    corners: array<vec3<f32>, 6>,
+    count: u32,
+}
+
+fn visible_polygon(origin: vec3<f32>, up: vec3<f32>) -> Polygon {
+    var polygon: Polygon;
+    // Differences first: the corners of a small light far away round to one point.
+    let a = frame.light_corner - origin;
+    var corners = array(a, a + frame.light_u, a + frame.light_u + frame.light_v, a + frame.light_v);
+    for (var index = 0u; index < 4u; index++) {
+        let p = corners[index];
+        let q = corners[(index + 1u) & 3u];
+        let hp = dot3(up, p);
+        let hq = dot3(up, q);
+        if hp >= 0.0 {
+            polygon.corners[polygon.count] = p;
+            polygon.count += 1u;
+        }
+        if (hp > 0.0 && hq < 0.0) || (hp < 0.0 && hq > 0.0) {
+            polygon.corners[polygon.count] = p + (q - p) * (hp / (hp - hq));
+            polygon.count += 1u;
+        }
+    }
+    return polygon;
+}
+
+fn lambert(polygon: Polygon, up: vec3<f32>) -> f32 {
+    var corners = polygon.corners;
+    var sum = 0.0;
+    for (var index = 0u; index < polygon.count; index++) {
+        let p = corners[index];
+        let q = corners[select(index + 1u, 0u, index + 1u == polygon.count)];
+        let normal = cross3(p, q);
+        sum += dot3(up, normal) * angle_over_sine(sqrt(dot3(normal, normal)), dot3(p, q));
+    }
+    return 0.5 * sum;
+}
+
+// Radon's cubature over a triangle, exact to the fifth degree: weights of the corners, and of the point.
+const RADON: array<vec4<f32>, 7> = array(
+    vec4(0.333333333, 0.333333333, 0.333333333, 0.225),
+    vec4(0.797426985, 0.101286507, 0.101286507, 0.125939181),
+    vec4(0.101286507, 0.797426985, 0.101286507, 0.125939181),
+    vec4(0.101286507, 0.101286507, 0.797426985, 0.125939181),
+    vec4(0.059715872, 0.470142064, 0.470142064, 0.132394153),
+    vec4(0.470142064, 0.059715872, 0.470142064, 0.132394153),
+    vec4(0.470142064, 0.470142064, 0.059715872, 0.132394153),
+);
+
+// Pieces along the sides of a triangle at most.
+const PIECES: u32 = 8u;
+
+fn cubature(polygon: Polygon, up: vec3<f32>, towards: vec3<f32>) -> f32 {
+    var corners = polygon.corners;
+    var sum = 0.0;
+    for (var index = 2u; index < polygon.count; index++) {
+        sum += triangle_integral(corners[0], corners[index - 1u], corners[index], up, towards);
+    }
+    return sum;
+}
+
+fn triangle_integral(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, up: vec3<f32>, towards: vec3<f32>) -> f32 {
+    let u = b - a;
+    let v = c - a;
+    let cross = cross3(u, v);
+    let area = 0.5 * sqrt(dot3(cross, cross));
+    let longest = sqrt(max(max(dot3(u, u), dot3(v, v)), dot3(c - b, c - b)));
+    // No corner is nearer than this, and pieces are to be a quarter of it at most.
+    let distance = abs(dot3(towards, a));
+    let near = max(distance, sqrt(min(min(dot3(a, a), dot3(b, b)), dot3(c, c))) - longest);
+    let pieces = clamp(u32(min(4.0 * longest / max(near, 1e-30), 1000.0)) + 1u, 1u, PIECES);
+    let size = 1.0 / f32(pieces);
+    var points = RADON;
+    var sum = 0.0;
+    for (var row = 0u; row < pieces; row++) {
+        // Upright pieces and, between them, those upside down.
+        for (var piece = 0u; piece < 2u * (pieces - row) - 1u; piece++) {
+            let down = (piece & 1u) == 1u;
+            let base = vec2(f32((piece + 1u) / 2u), f32(row + (piece & 1u))) * size;
+            let turn = select(size, -size, down);
+            for (var point = 0u; point < 7u; point++) {
+                let weights = points[point];
+                let at = a + u * (base.x + turn * weights.y) + v * (base.y + turn * weights.z);
+                sum += weights.w * geometry_term(at, up, towards);
+            }
+        }
+    }
+    return sum * area * size * size;
+}
+
+// Irradiance per unit radiance at a receiver.
+fn unshadowed(origin: vec3<f32>, up: vec3<f32>) -> f32 {
+    let towards = facing(origin);
+    if all(towards == vec3(0.0)) {
+        return 0.0;
+    }
+    let polygon = visible_polygon(origin, up);
+    if polygon.count < 3u {
+        return 0.0;
+    }
+    let shorter = min(dot3(frame.light_u, frame.light_u), dot3(frame.light_v, frame.light_v));
+    let away = frame.light_corner - origin;
+    if dot3(away, away) > shorter * 64.0 {
+        return max(cubature(polygon, up, towards), 0.0);
+    }
+    // Seen from in front, the corners run clockwise: the sum is negative there.
+    let sign = select(1.0, -1.0, dot3(frame.light_cross, origin - frame.light_corner) > 0.0);
+    return max(lambert(polygon, up) * sign, 0.0);
+}

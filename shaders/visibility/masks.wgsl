@@ -1,0 +1,70 @@
+// Answers queries: takes out what lies below a horizon and asks `occluded` for the rest. An invocation is a ray, and those of
+// one receiver are neighbours, so that they go through the same nodes.
+
+// Where traced rays are counted: 0 to refine, 1 for irradiance alone.
+override PURPOSE: u32 = 1u;
+
+var<workgroup> wanted_words: array<atomic<u32>, 64>;
+var<workgroup> visible_words: array<atomic<u32>, 64>;
+var<workgroup> traced: atomic<u32>;
+var<workgroup> skipped: atomic<u32>;
+
+@compute @workgroup_size(64)
+fn masks(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let group = workgroup.y * workgroups.x + workgroup.x;
+    let stride = frame.pattern.stride;
+    var query = group * (64u / min(stride, 64u)) + lane / min(stride, 64u);
+    var index = lane % min(stride, 64u);
+    if stride > 64u {
+        query = group / (stride / 64u);
+        index = (group % (stride / 64u)) * 64u + lane;
+    }
+    let exists = query < min(atomicLoad(&counters[QUERIES]), frame.capacity);
+    let word = query * frame.pattern.words + index / 32u;
+    let bit = 1u << (index & 31u);
+    // Lanes that fill one word together.
+    let chunk = min(stride, 32u);
+    if exists && index < frame.pattern.count && (wanted[word] & bit) != 0u {
+        let asked = queries[query];
+        if asked.pixel != NONE {
+            let receiver = receiver_at(asked.pixel);
+            let end = sample_point(index, asked.key);
+            if adds_light(receiver, end) {
+                atomicOr(&wanted_words[lane / chunk], bit);
+                atomicAdd(&traced, 1u);
+                if !occluded(receiver.origin, end) {
+                    atomicOr(&visible_words[lane / chunk], bit);
+                }
+            } else {
+                atomicAdd(&skipped, 1u);
+            }
+        }
+    }
+    workgroupBarrier();
+    if exists && lane % chunk == 0u && index < frame.pattern.count {
+        wanted[word] = atomicLoad(&wanted_words[lane / chunk]);
+        visible[word] = atomicLoad(&visible_words[lane / chunk]);
+    }
+    if lane == 0u {
+        let bucket = TALLY + group % BUCKETS;
+        atomicAdd(&counters[bucket + PURPOSE * BUCKETS], atomicLoad(&traced));
+        atomicAdd(&counters[bucket + SKIPPED * BUCKETS], atomicLoad(&skipped));
+    }
+}
+
+// Whether a sample lies above both horizons. Between the corners all of the light is above the receiver's if they are.
+fn adds_light(receiver: Receiver, end: vec3<f32>) -> bool {
+    let towards = facing(receiver.origin);
+    if all(towards == vec3(0.0)) {
+        return false;
+    }
+    let above = corners_above(receiver.origin, receiver.normal);
+    if above == 0u || above == 4u {
+        return above == 4u;
+    }
+    return geometry_term(end - receiver.origin, receiver.normal, towards) > 0.0;
+}

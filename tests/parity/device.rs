@@ -1,0 +1,84 @@
+//! A device whose errors fail tests.
+
+use std::sync::{Arc, Mutex};
+
+use halflight::gbuffer::{GBuffer, NO_PRIMITIVE};
+use halflight_gpu::wgpu;
+use halflight_gpu::{Gpu, GpuError, GpuStats, Inputs, Renderer};
+
+/// A device, and what it complained of.
+pub(crate) struct Bench {
+    pub(crate) gpu: Gpu,
+    errors: Arc<Mutex<Vec<String>>>,
+}
+
+impl Bench {
+    /// A device; none where there is no adapter and none is required.
+    pub(crate) fn open() -> Option<Self> {
+        let gpu = match Gpu::find() {
+            Ok(gpu) => gpu,
+            Err(error @ GpuError::NoAdapter) => {
+                assert!(
+                    std::env::var_os("HALFLIGHT_REQUIRE_GPU").is_none_or(|value| value != "1"),
+                    "{error}"
+                );
+                eprintln!("skipped: {error}");
+                return None;
+            }
+            Err(error) => panic!("{error}"),
+        };
+        let errors = Arc::new(Mutex::new(Vec::new()));
+        let sink = Arc::clone(&errors);
+        gpu.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            sink.lock().unwrap().push(error.to_string());
+        }));
+        Some(Self { gpu, errors })
+    }
+
+    /// Records and submits one frame.
+    pub(crate) fn render(&self, renderer: &mut Renderer, inputs: &Inputs) -> GpuStats {
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        renderer.record(&mut encoder, inputs).unwrap();
+        let pending = renderer.read_stats(&mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        let (send, receive) = std::sync::mpsc::channel();
+        pending.read(move |stats| send.send(stats).unwrap());
+        self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        let stats = receive.try_recv().unwrap().unwrap();
+        assert_eq!(stats.lost, 0);
+        self.check();
+        stats
+    }
+
+    /// What a buffer holds.
+    pub(crate) fn read<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer) -> Vec<T> {
+        let read = self.gpu.read(buffer).unwrap();
+        self.check();
+        read
+    }
+
+    /// Puts the CPU's G-buffer in the place of the GPU's.
+    pub(crate) fn keep(&self, renderer: &Renderer, gbuffer: &GBuffer) {
+        let pixels = 0..gbuffer.pixels();
+        let position: Vec<[f32; 4]> = pixels
+            .clone()
+            .map(|pixel| {
+                let seen = gbuffer.primitive[pixel] != NO_PRIMITIVE;
+                gbuffer.position[pixel].extend(if seen { gbuffer.depth[pixel] } else { -1.0 }).to_array()
+            })
+            .collect();
+        let normal: Vec<[u32; 4]> = pixels
+            .map(|pixel| {
+                let [x, y, z] = gbuffer.normal[pixel].to_array().map(f32::to_bits);
+                [x, y, z, gbuffer.primitive[pixel]]
+            })
+            .collect();
+        self.gpu.queue.write_buffer(renderer.position(), 0, bytemuck::cast_slice(&position));
+        self.gpu.queue.write_buffer(renderer.normal(), 0, bytemuck::cast_slice(&normal));
+    }
+
+    fn check(&self) {
+        let errors = self.errors.lock().unwrap();
+        assert!(errors.is_empty(), "{}", errors.join("\n"));
+    }
+}

@@ -1,0 +1,14 @@
+//! The GPU against the CPU, which defines what is correct.
+//!
+//! Without a graphics adapter each test says that it was skipped; with `HALFLIGHT_REQUIRE_GPU=1` that is a failure. An error
+//! that wgpu reports fails the test that caused it.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod device;
+mod gbuffers;
+mod masks;
+mod rays;
+mod robust;
+mod scenes;
+mod whole;
