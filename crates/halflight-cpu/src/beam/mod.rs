@@ -105,7 +105,9 @@ fn answer<M: Samples + Send>(
     all: Answers<'_>,
 ) -> VisibilityStats {
     let Answers { bvh, light, pattern, words, queries, wanted, visible } = all;
-    let laps = if races.is_some() { LAP } else { 1 };
+    // As many as leave work for all threads.
+    let fair = queries.len() / GROUP / (4 * rayon::current_num_threads()).max(1);
+    let laps = if races.is_some() { fair.clamp(1, LAP) } else { 1 };
     let part = |queries, wanted, visible| Answers { bvh, light, pattern, words, queries, wanted, visible };
     let wanted = wanted.par_chunks(laps * GROUP * words);
     let visible = visible.par_chunks_mut(laps * GROUP * words);

@@ -289,7 +289,7 @@ fn where_most_pixels_would_be_traced_all_are() {
     let floor = Floor::new(128, 64);
     let config = LatticeConfig { target: 1e-4, ..LatticeConfig::default() };
     // Pixels that have nothing to do with their neighbours, and see all of the light or nothing: 16 samples will do.
-    let torn = |x: u32, y: u32| if (x * 7919 ^ y * 104_729) % 97 < 48 { u64::MAX } else { 0 };
+    let torn = |x: u32, y: u32| if ((x * 7919) ^ (y * 104_729)) % 97 < 48 { u64::MAX } else { 0 };
     let (fragments, rays) = floor.refine(&mut Lattice::new(config), torn);
     assert_eq!((fragments.cells().len(), fragments.samples().len()), (128 * 64, 128 * 64));
     // The trial took 64 at one corner a cell of 8².

@@ -237,20 +237,36 @@ impl Lattice {
         Verdict::Keep
     }
 
-    /// Asks for the masks that are wanted and computes how much of the light they see.
-    fn trace(&mut self, view: &View, level: u8, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
+    /// Asks for the masks that are wanted, each of a new sample; how many these are, and how many there were before.
+    fn ask(
+        &mut self,
+        view: &View,
+        pattern: Pattern,
+        purpose: Purpose,
+        visibility: &mut dyn Visibility,
+        fragments: &mut Fragments,
+    ) -> (usize, usize) {
+        let known = fragments.samples().len();
         self.wanted.drain(&mut self.fresh);
         if self.fresh.is_empty() {
-            return;
+            return (0, known);
         }
-        let (purpose, known) =
-            (if level == 0 { Purpose::Final } else { Purpose::Refine }, self.fractions.len());
-        let batch = fragments.open_batch(self.plan.first, purpose);
+        let batch = fragments.open_batch(pattern, purpose);
         for (query, &pixel) in self.fresh.iter().enumerate() {
             let sample = pixel_sample(pixel as usize, view.gbuffer.width, 0, batch, query);
             self.corners[pixel as usize] = fragments.push_sample(sample);
         }
         trace_pixels(view.frame, view.light, &self.fresh, visibility, fragments.batch_mut(batch));
+        (self.fresh.len(), known)
+    }
+
+    /// Asks for the masks that are wanted and computes how much of the light they see.
+    fn trace(&mut self, view: &View, level: u8, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
+        let purpose = if level == 0 { Purpose::Final } else { Purpose::Refine };
+        let (new, known) = self.ask(view, self.plan.first, purpose, visibility, fragments);
+        if new == 0 {
+            return;
+        }
         self.evaluate(view, known, fragments);
         if self.plan.full == self.plan.first {
             self.recent.extend(self.fresh.iter().map(|&pixel| (pixel, level)));
@@ -302,7 +318,8 @@ impl Lattice {
                 }
             }
         });
-        self.trace(view, 0, visibility, fragments);
+        let (_, known) = self.ask(view, self.plan.full, Purpose::Final, visibility, fragments);
+        self.judge_noise(known, fragments);
         for (pixel, &sample) in (0..).zip(&self.corners).filter(|&(_, &sample)| sample != NONE) {
             fragments.push_cell(0, pixel % gbuffer.width, pixel / gbuffer.width, &[sample]);
         }
@@ -355,16 +372,22 @@ impl Lattice {
             },
         );
         if self.config.target > 0.0 {
-            let (first, full) = (Neighbours::new(self.plan.first), Neighbours::new(self.plan.full));
-            self.variances.resize(fragments.samples().len(), 0.0);
-            self.variances[known..].par_iter_mut().zip(samples).with_min_len(256).for_each(
-                |(variance, sample)| {
-                    let batch = fragments.batch(sample.batch);
-                    let neighbours = if batch.pattern() == self.plan.full { &full } else { &first };
-                    *variance = neighbours.variance(batch, sample.first as usize).0;
-                },
-            );
+            self.judge_noise(known, fragments);
         }
+    }
+
+    /// Computes how wrong the fractions of all samples from `known` on may be.
+    fn judge_noise(&mut self, known: usize, fragments: &Fragments) {
+        let samples = &fragments.samples()[known..];
+        let (first, full) = (Neighbours::new(self.plan.first), Neighbours::new(self.plan.full));
+        self.variances.resize(fragments.samples().len(), 0.0);
+        self.variances[known..].par_iter_mut().zip(samples).with_min_len(256).for_each(
+            |(variance, sample)| {
+                let batch = fragments.batch(sample.batch);
+                let neighbours = if batch.pattern() == self.plan.full { &full } else { &first };
+                *variance = neighbours.variance(batch, sample.first as usize).0;
+            },
+        );
     }
 
     /// Chooses samples and cells by what the corners so far have shown.
