@@ -1,17 +1,21 @@
-// Sizes of the dispatches that depend on how many queries there are.
+// Sizes of the dispatches that depend on how many cells have asked.
 
 // Workgroups along one side at most.
 const SIDE: u32 = 65535u;
 
 @compute @workgroup_size(1)
 fn dispatch() {
-    let count = min(atomicLoad(&counters[QUERIES]), frame.capacity);
-    // A ray each, and a query each.
+    let first = atomicLoad(&counters[END]);
+    let end = min(atomicLoad(&counters[QUERIES]) * frame.slots, frame.capacity);
+    atomicStore(&counters[FIRST], first);
+    atomicStore(&counters[END], end);
+    let count = end - first;
+    // An invocation each for rays, queries, cells, and all queries so far.
     let stride = frame.pattern.stride;
-    let rays = select((count * stride + 63u) / 64u, count * (stride / 64u), stride > 64u);
-    set_size(0u, rays);
+    set_size(0u, select((count * stride + 63u) / 64u, count * (stride / 64u), stride > 64u));
     set_size(1u, (count + 63u) / 64u);
-    atomicAdd(&counters[PER_LEVEL + frame.level], count);
+    set_size(2u, (count / frame.slots + 63u) / 64u);
+    set_size(3u, (end + 63u) / 64u);
 }
 
 fn set_size(slot: u32, groups: u32) {

@@ -1,4 +1,4 @@
-// Values of samples that are made of one query each.
+// Values of samples that are made of one query each: of all queries so far that say where theirs goes.
 
 // What is interpolated: 0 irradiance, 1 the visible fraction.
 override SHADING: u32 = 1u;
@@ -9,11 +9,14 @@ fn irradiance(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let query = (workgroup.y * workgroups.x + workgroup.x) * 64u + lane;
-    if query >= min(atomicLoad(&counters[QUERIES]), frame.capacity) {
+    let query = invocation(workgroup, workgroups, lane);
+    if query >= atomicLoad(&counters[END]) {
         return;
     }
     let place = queries[query].place;
+    if place == NONE {
+        return;
+    }
     if SHADING == 0u {
         samples[place].value = sums_sampled(query_sums(query));
     } else {

@@ -77,5 +77,5 @@ fn bilinear(material: Material, uv: vec2<f32>) -> vec3<f32> {
 }
 
 fn texel(material: Material, at: vec2<u32>) -> vec3<f32> {
-    return texels[material.texels + at.y * material.size.x + at.x].xyz;
+    return textures[material.texels + at.y * material.size.x + at.x].xyz;
 }

@@ -31,3 +31,8 @@ fn append(lane: u32, wants: bool, counter: u32, capacity: u32) -> u32 {
     }
     return slot;
 }
+
+// How many of the workgroup wanted one.
+fn appended() -> u32 {
+    return countOneBits(atomicLoad(&append_marks[0])) + countOneBits(atomicLoad(&append_marks[1]));
+}

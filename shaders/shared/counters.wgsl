@@ -1,10 +1,16 @@
 // Places in `counters`. Those from TALLY on are spread over BUCKETS each, so that workgroups do not queue up at one address.
 
+// Cells that have asked so far.
 const QUERIES: u32 = 0u;
-const OVERFLOW: u32 = 1u;
-// Samples of each level, 16.
-const PER_LEVEL: u32 = 16u;
-const TALLY: u32 = 64u;
+// The queries at hand: the first, and the one after the last.
+const FIRST: u32 = 1u;
+const END: u32 = 2u;
+// Coarsest level of any cell that was kept.
+const TOP: u32 = 3u;
+// Queries that found no room.
+const OVERFLOW: u32 = 4u;
+const TALLY: u32 = 8u;
 const BUCKETS: u32 = 64u;
-// Kinds of tallies: traced to refine, traced for irradiance alone, skipped.
+// Kinds of tallies: traced to refine, traced for irradiance alone, skipped; samples of each level.
 const SKIPPED: u32 = 2u;
+const PER_LEVEL: u32 = 3u;

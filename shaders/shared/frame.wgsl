@@ -44,6 +44,29 @@ struct Frame {
     // Room for queries.
     capacity: u32,
     pattern: Pattern,
+    // When geometry alone splits a cell.
+    depth_break: f32,
+    curvature_break: f32,
+    // Samples that must change in a neighbourhood to split its middle.
+    enough: f32,
+    coarsest: u32,
+    // Queries of a cell.
+    slots: u32,
+    // Bits that may differ between quadrants, and between neighbouring ones before they are split twice.
+    split_above: u32,
+    gradient_above: u32,
+    // Finest level that a depth break splits.
+    depth_finest: u32,
+    // Where values are no longer mixed: footprint of a pixel at depth 1, what a turn of the normal adds, the cosine of the
+    // largest turn, and one over the distance of cosines to the largest that is mixed freely.
+    surface: vec4<f32>,
+    // What parts surfaces: sine of an elevation, and footprint of a pixel at depth 1 (halflight-cpu/src/rise.rs).
+    rise_sine: f32,
+    rise_footprint: f32,
+    // Difference of the visible fraction that is interpolated over.
+    error: f32,
+    // Coarsest level at which steps are interpolated along.
+    step_level: u32,
     // The first cell of each level in buffers that hold all levels.
     levels: array<vec4<u32>, 2>,
 }
@@ -63,6 +86,11 @@ fn level_size(level: u32) -> vec2<u32> {
 // Index of a cell in buffers that hold all levels.
 fn cell_index(level: u32, cell: vec2<u32>) -> u32 {
     return level_first(level) + cell.y * level_size(level).x + cell.x;
+}
+
+// Number of an invocation in a dispatch of one or two dimensions, in workgroups of 64.
+fn invocation(workgroup: vec3<u32>, workgroups: vec3<u32>, lane: u32) -> u32 {
+    return (workgroup.y * workgroups.x + workgroup.x) * 64u + lane;
 }
 
 // Written out, so that no compiler chooses an order.

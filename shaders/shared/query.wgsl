@@ -22,12 +22,3 @@ struct Sample {
 }
 
 const NO_VALUE: f32 = -1.0;
-
-// A word of a mask that has all samples.
-fn full_word(word: u32) -> u32 {
-    let left = frame.pattern.count - min(word * 32u, frame.pattern.count);
-    if left >= 32u {
-        return NONE;
-    }
-    return (1u << left) - 1u;
-}

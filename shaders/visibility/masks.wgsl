@@ -17,13 +17,14 @@ fn masks(
 ) {
     let group = workgroup.y * workgroups.x + workgroup.x;
     let stride = frame.pattern.stride;
-    var query = group * (64u / min(stride, 64u)) + lane / min(stride, 64u);
+    var number = group * (64u / min(stride, 64u)) + lane / min(stride, 64u);
     var index = lane % min(stride, 64u);
     if stride > 64u {
-        query = group / (stride / 64u);
+        number = group / (stride / 64u);
         index = (group % (stride / 64u)) * 64u + lane;
     }
-    let exists = query < min(atomicLoad(&counters[QUERIES]), frame.capacity);
+    let query = atomicLoad(&counters[FIRST]) + number;
+    let exists = query < atomicLoad(&counters[END]);
     let word = query * frame.pattern.words + index / 32u;
     let bit = 1u << (index & 31u);
     // Lanes that fill one word together.

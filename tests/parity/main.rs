@@ -9,6 +9,8 @@ mod device;
 mod gbuffers;
 mod masks;
 mod rays;
+mod refiners;
 mod robust;
 mod scenes;
+mod upsamplers;
 mod whole;

@@ -4,11 +4,11 @@ use halflight::config::{PipelineConfig, UpsamplerConfig};
 use halflight::irradiance::Shading;
 use halflight::light::AreaLight;
 use halflight::scene::{Mesh, Scene};
-use halflight_gpu::{GpuError, Inputs, Renderer, visibility_module};
+use halflight_gpu::{GpuError, Inputs, Renderer, Surfaces, visibility_module, wgpu};
 use halflight_tests::{Stage, blocker_over_floor};
 
 use crate::device::Bench;
-use crate::scenes::{Twins, full};
+use crate::scenes::{Twins, bundled, full};
 use crate::whole::nmse2;
 
 fn renderer(bench: &Bench, scene: &Scene, config: &PipelineConfig) -> Result<Renderer, GpuError> {
@@ -43,7 +43,7 @@ fn sizes_may_change_with_every_frame() {
 #[test]
 fn frames_repeat_bit_for_bit_and_differ_by_number() {
     let Some(bench) = Bench::open() else { return };
-    let stage = Stage::bundled("toys").unwrap();
+    let stage = bundled("toys");
     let mut gpu = renderer(&bench, &stage.scene, &full(64, 48, Shading::Ratio)).unwrap();
     let mut image = |frame: u32| {
         bench.render(&mut gpu, &Inputs { frame, ..Inputs::default() });
@@ -99,4 +99,80 @@ fn what_cannot_be_rendered_is_refused() {
     let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
     let other = Renderer::with_visibility(device, queue, &scene, &config, &module);
     assert!(matches!(other.unwrap_err(), GpuError::Shader { .. }));
+}
+
+/// A texture of four floats a pixel, filled.
+fn texture(bench: &Bench, (width, height): (u32, u32), texels: &[[f32; 4]]) -> wgpu::TextureView {
+    let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+    let texture = bench.gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_DST
+            | wgpu::TextureUsages::COPY_SRC
+            | wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    let layout =
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(16 * width), rows_per_image: None };
+    bench.gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(texels), layout, size);
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+#[test]
+fn surfaces_and_images_may_be_textures() {
+    let Some(bench) = Bench::open() else { return };
+    let stage = Stage::new(blocker_over_floor()).unwrap();
+    // Rows of 16 texels are 256 bytes, which copies to buffers need.
+    let size @ (width, height) = (16, 12);
+    let twins = Twins::of(&bench, stage, &full(width, height, Shading::Ratio), true);
+    let expected: Vec<[f32; 4]> = bench.read(twins.gpu.image());
+    let mut gpu = twins.gpu;
+    let gbuffer = twins.cpu.gbuffer();
+    let points: Vec<[f32; 4]> = gbuffer.position.iter().map(|p| p.extend(0.0).to_array()).collect();
+    let depths: Vec<[f32; 4]> = gbuffer.depth.iter().map(|&depth| [depth, 0.0, 0.0, 0.0]).collect();
+    let normals: Vec<[f32; 4]> = gbuffer.normal.iter().map(|n| n.extend(0.0).to_array()).collect();
+    let [points, depths, normal] = [points, depths, normals].map(|texels| texture(&bench, size, &texels));
+    let target = texture(&bench, size, &vec![[0.0; 4]; (width * height) as usize]);
+    for surfaces in [
+        Surfaces::Points { position: &points, normal: &normal },
+        Surfaces::Depths { depth: &depths, normal: &normal },
+    ] {
+        bench.render(&mut gpu, &Inputs { surfaces, ..Inputs::default() });
+        let image: Vec<[f32; 4]> = bench.read(gpu.image());
+        // Points from depths are off by a unit in the last place, which moves next to no edge over a sample.
+        let off = nmse2(&image, twins.cpu.image());
+        assert!(off < 1e-4, "{surfaces:?}: {off:e}");
+    }
+    bench.render(
+        &mut gpu,
+        &Inputs { surfaces: Surfaces::Points { position: &points, normal: &normal }, ..Inputs::default() },
+    );
+    assert_eq!(bench.read::<[f32; 4]>(gpu.image()), expected);
+    let mut encoder = bench.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    gpu.present(&mut encoder, &target, wgpu::TextureFormat::Rgba32Float).unwrap();
+    let copy = bench.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: u64::from(16 * width * height),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    });
+    encoder.copy_texture_to_buffer(
+        target.texture().as_image_copy(),
+        wgpu::TexelCopyBufferInfo {
+            buffer: &copy,
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(16 * width),
+                rows_per_image: None,
+            },
+        },
+        wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+    );
+    bench.gpu.queue.submit([encoder.finish()]);
+    assert_eq!(bench.read::<[f32; 4]>(&copy), expected);
 }

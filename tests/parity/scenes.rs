@@ -1,8 +1,14 @@
 //! What is rendered on both sides.
 
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+
 use halflight::config::{PipelineConfig, RefinerConfig};
-use halflight::irradiance::Shading;
+use halflight::frame::{Frame, Sharing};
+use halflight::irradiance::{self, Shading};
+use halflight::pattern::{Pattern, PatternKind};
 use halflight::pipeline::Pipeline;
+use halflight::pyramid::Pyramid;
 use halflight_gpu::{Inputs, Renderer, Surfaces};
 use halflight_tests::Stage;
 
@@ -11,9 +17,33 @@ use crate::device::Bench;
 /// Scenes of different kinds: things on a floor, a hall, foliage.
 pub(crate) const SCENES: [&str; 3] = ["toys", "atrium", "tree"];
 
+/// A bundled scene, made once for all tests.
+pub(crate) fn bundled(name: &'static str) -> Stage {
+    static MADE: Mutex<BTreeMap<&str, Stage>> = Mutex::new(BTreeMap::new());
+    MADE.lock().unwrap().entry(name).or_insert_with(|| Stage::bundled(name).unwrap()).clone()
+}
+
 /// Every pixel its own samples.
 pub(crate) fn full(width: u32, height: u32, shading: Shading) -> PipelineConfig {
     PipelineConfig { width, height, refiner: RefinerConfig::Full, shading, ..PipelineConfig::default() }
+}
+
+/// The CPU's values of the samples of its last frame.
+pub(crate) fn values(twins: &Twins, shading: Shading) -> Vec<Option<f32>> {
+    let gbuffer = twins.cpu.gbuffer();
+    let frame = Frame {
+        scene: &twins.stage.scene,
+        gbuffer,
+        pyramid: &Pyramid::default(),
+        // Neither pattern nor key matters once masks are there: queries have their own.
+        pattern: Pattern { kind: PatternKind::Grid, columns: 1, rows: 1 },
+        sharing: Sharing::Frame,
+        index: 0,
+        seed: 0,
+    };
+    let mut values = Vec::new();
+    irradiance::evaluate(&frame, twins.cpu.fragments(), shading, &mut values);
+    values
 }
 
 /// The same frame on both sides.
@@ -25,8 +55,8 @@ pub(crate) struct Twins {
 
 impl Twins {
     /// Renders frame 0; with `kept` the GPU has the CPU's G-buffer.
-    pub(crate) fn render(bench: &Bench, scene: &str, config: &PipelineConfig, kept: bool) -> Self {
-        Self::of(bench, Stage::bundled(scene).unwrap(), config, kept)
+    pub(crate) fn render(bench: &Bench, scene: &'static str, config: &PipelineConfig, kept: bool) -> Self {
+        Self::of(bench, bundled(scene), config, kept)
     }
 
     /// The same for any scene.

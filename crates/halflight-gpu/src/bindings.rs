@@ -14,8 +14,8 @@ pub(crate) enum Slot {
     Materials,
     /// Texture coordinates, three a triangle.
     Uvs,
-    /// All textures.
-    Texels,
+    /// All textures, texel by texel.
+    Textures,
     /// Triangles that pixels see, by their place among [`Slot::Triangles`].
     Ids,
     /// Points and depths.
@@ -40,6 +40,25 @@ pub(crate) enum Slot {
     Plane,
     /// The image.
     Image,
+    /// Where geometry breaks.
+    Pyramid,
+    /// What is known of cells, level by level.
+    Cells,
+    /// The level of the cell that each pixel lies in.
+    Owners,
+    /// Mask bits taken over from coarser cells.
+    Reused,
+    /// Values between cells, level by level.
+    Texels,
+    /// How far samples stand for one surface.
+    Trusts,
+    /// What parts neighbouring pixels, level by level.
+    Breaks,
+    /// Visible fractions of pixels.
+    Fractions,
+    /// The caller's points or depths, and normals.
+    GivenPoint,
+    GivenNormal,
 }
 
 /// How a shader uses what it binds.
@@ -65,7 +84,7 @@ impl Slot {
             Self::Faces => ("faces", "array<vec2<u32>>"),
             Self::Materials => ("materials", "array<Material>"),
             Self::Uvs => ("uvs", "array<vec2<f32>>"),
-            Self::Texels => ("texels", "array<vec4<f32>>"),
+            Self::Textures => ("textures", "array<vec4<f32>>"),
             Self::Ids => ("ids", "texture_2d<u32>"),
             Self::Position => ("position", "array<vec4<f32>>"),
             Self::Normal => ("normal", "array<vec4<u32>>"),
@@ -78,6 +97,16 @@ impl Slot {
             Self::Samples => ("samples", "array<Sample>"),
             Self::Plane => ("plane", "array<f32>"),
             Self::Image => ("image", "array<vec4<f32>>"),
+            Self::Pyramid => ("pyramid", "array<atomic<u32>>"),
+            Self::Cells => ("cells", "array<Cell>"),
+            Self::Owners => ("owners", "array<u32>"),
+            Self::Reused => ("reused", "array<vec2<u32>>"),
+            Self::Texels => ("texels", "array<Texel>"),
+            Self::Trusts => ("trusts", "array<f32>"),
+            Self::Breaks => ("breaks", "array<u32>"),
+            Self::Fractions => ("fractions", "array<u32>"),
+            Self::GivenPoint => ("given_point", "texture_2d<f32>"),
+            Self::GivenNormal => ("given_normal", "texture_2d<f32>"),
         }
     }
 
@@ -86,7 +115,7 @@ impl Slot {
         let (name, kind) = self.wgsl();
         let binding = self.binding();
         let space = match (self, access) {
-            (Self::Ids, _) => "",
+            (Self::Ids | Self::GivenPoint | Self::GivenNormal, _) => "",
             (_, Access::Read) => "<storage, read>",
             (_, Access::Write) => "<storage, read_write>",
         };
@@ -95,12 +124,16 @@ impl Slot {
 
     /// Its entry in the layout of a stage.
     pub(crate) fn layout(self, access: Access, visibility: wgpu::ShaderStages) -> wgpu::BindGroupLayoutEntry {
+        let texture = |sample_type| wgpu::BindingType::Texture {
+            sample_type,
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        };
         let ty = match self {
-            Self::Ids => wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Uint,
-                view_dimension: wgpu::TextureViewDimension::D2,
-                multisampled: false,
-            },
+            Self::Ids => texture(wgpu::TextureSampleType::Uint),
+            Self::GivenPoint | Self::GivenNormal => {
+                texture(wgpu::TextureSampleType::Float { filterable: false })
+            }
             _ => wgpu::BindingType::Buffer {
                 ty: wgpu::BufferBindingType::Storage { read_only: access == Access::Read },
                 has_dynamic_offset: false,

@@ -1,33 +1,50 @@
 //! The one place that says how large everything is that depends on the image.
 
-use halflight_core::pattern::Pattern;
-
 use crate::GpuError;
 use crate::bindings::Slot;
 use crate::frame::{self, Frame};
 use crate::scene::SceneBuffers;
 
-/// Counters before the tallies, kinds of tallies, and buckets of each: `shaders/shared/counters.wgsl`.
-pub(crate) const TALLY: u64 = 64;
-pub(crate) const TALLIES: u64 = 3;
-pub(crate) const BUCKETS: u64 = 64;
+/// Counters before the tallies, and buckets of each: `shaders/shared/counters.wgsl`.
+pub(crate) const TALLY: usize = 8;
+pub(crate) const BUCKETS: usize = 64;
+
+/// Kinds of tallies: rays to refine, for irradiance alone and skipped, and samples of each level.
+const TALLIES: usize = 3 + frame::LEVELS;
 
 /// Dispatches whose size the device knows.
-const INDIRECT: u64 = 2;
+const INDIRECT: u64 = 4;
 
-/// Bytes of a query, and of a sample with its place.
-const QUERY: u64 = 16;
-const SAMPLE: u64 = 16;
+/// Bytes of queries, samples and what is known of cells; all of a cell's are as many.
+const RECORD: u64 = 16;
 
-/// What an image takes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What an image of a size takes; in buffers that not every configuration needs, 0 for none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Size {
     pub(crate) width: u32,
     pub(crate) height: u32,
-    /// Most queries of one light.
-    pub(crate) queries: u32,
     /// Uniforms.
     pub(crate) frames: u32,
+    /// Most queries of one light.
+    pub(crate) queries: u32,
+    /// Words of their masks.
+    pub(crate) words: u64,
+    /// Places of samples.
+    pub(crate) samples: u32,
+    /// Cells of all levels.
+    pub(crate) cells: u32,
+    /// The same where the discontinuity pyramid has them.
+    pub(crate) pyramid: u32,
+    /// Words of masks that are taken over from coarser cells.
+    pub(crate) reused: u64,
+    /// Cells of all levels that hold values in between.
+    pub(crate) texels: u32,
+    /// Samples whose surface is judged.
+    pub(crate) trusts: u32,
+    /// Cells of all levels whose breaks are known.
+    pub(crate) breaks: u32,
+    /// Pixels whose visible fraction is known.
+    pub(crate) fractions: u32,
 }
 
 /// Buffers and textures of a size.
@@ -48,6 +65,14 @@ pub(crate) struct Buffers {
     pub(crate) counters: wgpu::Buffer,
     pub(crate) arguments: wgpu::Buffer,
     pub(crate) samples: wgpu::Buffer,
+    pub(crate) pyramid: wgpu::Buffer,
+    pub(crate) cells: wgpu::Buffer,
+    pub(crate) owners: wgpu::Buffer,
+    pub(crate) reused: wgpu::Buffer,
+    pub(crate) texels: wgpu::Buffer,
+    pub(crate) trusts: wgpu::Buffer,
+    pub(crate) breaks: wgpu::Buffer,
+    pub(crate) fractions: wgpu::Buffer,
     pub(crate) plane: wgpu::Buffer,
     pub(crate) image: wgpu::Buffer,
     scene: SceneBuffers,
@@ -76,12 +101,7 @@ impl Buffers {
     ///
     /// # Errors
     /// The image is too large for the device.
-    pub(crate) fn new(
-        device: &wgpu::Device,
-        scene: &SceneBuffers,
-        size: Size,
-        pattern: Pattern,
-    ) -> Result<Self, GpuError> {
+    pub(crate) fn new(device: &wgpu::Device, scene: &SceneBuffers, size: Size) -> Result<Self, GpuError> {
         let limits = device.limits();
         let side = u64::from(size.width.max(size.height));
         if side > u64::from(limits.max_texture_dimension_2d) {
@@ -94,20 +114,18 @@ impl Buffers {
             });
         }
         let pixels = u64::from(size.width) * u64::from(size.height);
-        let (_, cells) = frame::level_places(size.width, size.height);
         let storage =
             wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
         let buffer = |what: &'static str, bytes: u64, usage: wgpu::BufferUsages| {
             check_size(&limits, what, bytes, "smaller images or fewer light samples fit")?;
             Ok::<_, GpuError>(device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(what),
-                size: bytes,
+                // Something must be bound where there is nothing.
+                size: bytes.max(RECORD),
                 usage,
                 mapped_at_creation: false,
             }))
         };
-        let queries = u64::from(size.queries);
-        let masks = queries * u64::from(frame::words(pattern)) * 4;
         let frame_stride =
             (size_of::<Frame>() as u32).next_multiple_of(limits.min_uniform_buffer_offset_alignment);
         let texture = |label: &'static str, format: wgpu::TextureFormat, usage: wgpu::TextureUsages| {
@@ -137,12 +155,20 @@ impl Buffers {
             position: buffer("points", 16 * pixels, storage)?,
             normal: buffer("normals", 16 * pixels, storage)?,
             albedo: buffer("albedos", 16 * pixels, storage)?,
-            queries: buffer("queries", QUERY * queries, storage)?,
-            wanted: buffer("wanted samples", masks, storage)?,
-            visible: buffer("visible samples", masks, storage)?,
-            counters: buffer("counters", 4 * (TALLY + TALLIES * BUCKETS), storage)?,
+            queries: buffer("queries", RECORD * u64::from(size.queries), storage)?,
+            wanted: buffer("wanted samples", 4 * size.words, storage)?,
+            visible: buffer("visible samples", 4 * size.words, storage)?,
+            counters: buffer("counters", 4 * (TALLY + TALLIES * BUCKETS) as u64, storage)?,
             arguments: buffer("dispatches", 12 * INDIRECT, storage | wgpu::BufferUsages::INDIRECT)?,
-            samples: buffer("samples", SAMPLE * u64::from(cells), storage)?,
+            samples: buffer("samples", RECORD * u64::from(size.samples), storage)?,
+            pyramid: buffer("pyramid", 8 * u64::from(size.pyramid), storage)?,
+            cells: buffer("cells", RECORD * u64::from(size.cells), storage)?,
+            owners: buffer("cells of pixels", 4 * pixels, storage)?,
+            reused: buffer("samples taken over", 8 * size.reused, storage)?,
+            texels: buffer("values between cells", 8 * u64::from(size.texels), storage)?,
+            trusts: buffer("surfaces of samples", 4 * u64::from(size.trusts), storage)?,
+            breaks: buffer("breaks", 4 * u64::from(size.breaks), storage)?,
+            fractions: buffer("visible fractions", 4 * u64::from(size.fractions), storage)?,
             plane: buffer("values of pixels", 4 * pixels, storage)?,
             image: buffer("image", 16 * pixels, storage)?,
             scene: scene.clone(),
@@ -152,7 +178,10 @@ impl Buffers {
     /// What a slot is bound to.
     pub(crate) fn resource(&self, slot: Slot) -> wgpu::BindingResource<'_> {
         let own = match slot {
-            Slot::Ids => return wgpu::BindingResource::TextureView(&self.ids),
+            // The caller's textures are bound by the pass that reads them.
+            Slot::Ids | Slot::GivenPoint | Slot::GivenNormal => {
+                return wgpu::BindingResource::TextureView(&self.ids);
+            }
             Slot::Position => &self.position,
             Slot::Normal => &self.normal,
             Slot::Albedo => &self.albedo,
@@ -162,6 +191,14 @@ impl Buffers {
             Slot::Counters => &self.counters,
             Slot::Arguments => &self.arguments,
             Slot::Samples => &self.samples,
+            Slot::Pyramid => &self.pyramid,
+            Slot::Cells => &self.cells,
+            Slot::Owners => &self.owners,
+            Slot::Reused => &self.reused,
+            Slot::Texels => &self.texels,
+            Slot::Trusts => &self.trusts,
+            Slot::Breaks => &self.breaks,
+            Slot::Fractions => &self.fractions,
             Slot::Plane => &self.plane,
             Slot::Image => &self.image,
             Slot::Nodes => &self.scene.nodes,
@@ -169,7 +206,7 @@ impl Buffers {
             Slot::Faces => &self.scene.faces,
             Slot::Materials => &self.scene.materials,
             Slot::Uvs => &self.scene.uvs,
-            Slot::Texels => &self.scene.texels,
+            Slot::Textures => &self.scene.textures,
         };
         own.as_entire_binding()
     }

@@ -7,7 +7,9 @@ use halflight_core::hash;
 use halflight_core::light::AreaLight;
 use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::pyramid::MAX_LEVEL;
+use halflight_core::scene::Camera;
 use halflight_cpu::gbuffer::View;
+use halflight_cpu::upsample::SurfaceLimits;
 
 /// Levels from pixels to the coarsest cells.
 pub(crate) const LEVELS: usize = MAX_LEVEL as usize + 1;
@@ -75,12 +77,35 @@ pub(crate) struct Frame {
     pub(crate) radiance: [f32; 3],
     pub(crate) capacity: u32,
     pub(crate) pattern: GpuPattern,
+    pub(crate) depth_break: f32,
+    pub(crate) curvature_break: f32,
+    pub(crate) enough: f32,
+    pub(crate) coarsest: u32,
+    pub(crate) slots: u32,
+    pub(crate) split_above: u32,
+    pub(crate) gradient_above: u32,
+    pub(crate) depth_finest: u32,
+    pub(crate) surface: [f32; 4],
+    pub(crate) rise_sine: f32,
+    pub(crate) rise_footprint: f32,
+    pub(crate) error: f32,
+    pub(crate) step_level: u32,
     pub(crate) levels: [u32; 8],
 }
 
 impl Frame {
     /// What does not depend on the light.
-    pub(crate) fn new(view: &View, (width, height): (u32, u32), scene_size: f32, pattern: Pattern) -> Self {
+    pub(crate) fn new(
+        camera: &Camera,
+        (width, height): (u32, u32),
+        scene_size: f32,
+        pattern: Pattern,
+    ) -> Self {
+        let view = View::new(camera, width, height);
+        let limits = SurfaceLimits::default();
+        let [cos_smooth, cos_break] =
+            [limits.smooth_deg, limits.break_deg].map(|degrees| degrees.to_radians().cos());
+        let half_angle = camera.fov_y_deg.to_radians() * 0.5;
         Self {
             eye: view.eye.to_array(),
             corner: view.corner.to_array(),
@@ -90,6 +115,14 @@ impl Frame {
             height,
             scene_size,
             pattern: GpuPattern::new(pattern),
+            slots: 1,
+            rise_footprint: 2.0 * half_angle.tan() / height as f32,
+            surface: [
+                limits.offset_px * 2.0 * half_angle.tan() / height as f32,
+                2.0 * limits.bend * limits.bend,
+                cos_break,
+                1.0 / (cos_smooth - cos_break).max(1e-6),
+            ],
             levels: level_places(width, height).0,
             ..Self::zeroed()
         }
@@ -126,13 +159,18 @@ pub(crate) struct Key {
     pub(crate) sharing: Sharing,
 }
 
+/// Cells of a level.
+pub(crate) fn cells(width: u32, height: u32, level: u32) -> u32 {
+    width.div_ceil(1 << level) * height.div_ceil(1 << level)
+}
+
 /// The first cell of each level in buffers that hold all levels, and the number of cells altogether.
 pub(crate) fn level_places(width: u32, height: u32) -> ([u32; LEVELS], u32) {
     let mut places = [0; LEVELS];
     let mut next = 0;
-    for (level, place) in places.iter_mut().enumerate() {
+    for (level, place) in (0..).zip(&mut places) {
         *place = next;
-        next += width.div_ceil(1 << level) * height.div_ceil(1 << level);
+        next += cells(width, height, level);
     }
     (places, next)
 }

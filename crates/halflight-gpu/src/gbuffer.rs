@@ -3,8 +3,9 @@
 use crate::GpuError;
 use crate::buffers::Buffers;
 use crate::programs::GBUFFER;
+use crate::recorder::Recorder;
 use crate::stage;
-use crate::stats::{Clock, Timed};
+use crate::stats::Timed;
 
 /// Pipeline of the raster pass.
 #[derive(Debug)]
@@ -59,17 +60,12 @@ impl Rasterizer {
 
     /// Binds buffers that are new.
     pub(crate) fn bind(&mut self, device: &wgpu::Device, buffers: &Buffers) {
-        self.bound = Some(stage::bind(device, &GBUFFER, &self.layout, buffers));
+        self.bound = Some(stage::bind(device, &GBUFFER, &self.layout, buffers, &[]));
     }
 
     /// Draws all triangles.
-    pub(crate) fn run(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        buffers: &Buffers,
-        vertices: u32,
-        clock: Option<&mut Clock>,
-    ) {
+    pub(crate) fn run(&self, recorder: &mut Recorder, vertices: u32) {
+        let Recorder { encoder, buffers, clock } = recorder;
         let nothing = wgpu::Color { r: f64::from(u32::MAX), g: 0.0, b: 0.0, a: 0.0 };
         let mut render = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(GBUFFER.name),
@@ -87,7 +83,7 @@ impl Rasterizer {
                 }),
                 stencil_ops: None,
             }),
-            timestamp_writes: clock.and_then(|clock| clock.render(Timed::Gbuffer)),
+            timestamp_writes: clock.as_mut().and_then(|clock| clock.render(Timed::Gbuffer)),
             ..Default::default()
         });
         render.set_pipeline(&self.pipeline);

@@ -23,7 +23,10 @@ mod error;
 mod frame;
 mod gbuffer;
 mod gpu;
+mod present;
 mod programs;
+mod recorder;
+mod refine;
 mod renderer;
 mod scene;
 mod shader;
@@ -31,6 +34,7 @@ mod stage;
 mod stats;
 #[cfg(test)]
 mod tests;
+mod upsample;
 
 pub use wgpu;
 

@@ -1,5 +1,8 @@
 //! All shaders: what they are put together from and what they bind.
 
+pub(crate) mod refine;
+pub(crate) mod upsample;
+
 use crate::bindings::{Access, Slot};
 use Access::{Read, Write};
 
@@ -8,7 +11,7 @@ use Access::{Read, Write};
 pub(crate) struct Program {
     /// What it is called in errors, captures and tests.
     pub(crate) name: &'static str,
-    /// Its entry point; of two, the vertex shader's.
+    /// Its entry point; of two, the one that binds something.
     pub(crate) entry: &'static str,
     /// Files in `shaders/`, in the order in which they are put together. `shared/frame.wgsl` comes before them.
     pub(crate) modules: &'static [&'static str],
@@ -32,7 +35,7 @@ pub(crate) const RESOLVE: Program = Program {
         (Slot::Faces, Read),
         (Slot::Materials, Read),
         (Slot::Uvs, Read),
-        (Slot::Texels, Read),
+        (Slot::Textures, Read),
         (Slot::Ids, Read),
         (Slot::Position, Write),
         (Slot::Normal, Write),
@@ -40,25 +43,20 @@ pub(crate) const RESOLVE: Program = Program {
     ],
 };
 
-pub(crate) const FULL: Program = Program {
-    name: "full",
-    entry: "full",
-    modules: &[
-        "shared/surface.wgsl",
-        "shared/hash.wgsl",
-        "shared/counters.wgsl",
-        "shared/query.wgsl",
-        "shared/append.wgsl",
-        "refine/full.wgsl",
-    ],
+pub(crate) const IMPORT: Program = Program {
+    name: "import",
+    entry: "take",
+    modules: &["import.wgsl"],
     slots: &[
-        (Slot::Normal, Read),
-        (Slot::Queries, Write),
-        (Slot::Wanted, Write),
-        (Slot::Counters, Write),
-        (Slot::Samples, Write),
+        (Slot::GivenPoint, Read),
+        (Slot::GivenNormal, Read),
+        (Slot::Position, Write),
+        (Slot::Normal, Write),
     ],
 };
+
+pub(crate) const PRESENT: Program =
+    Program { name: "present", entry: "pixel", modules: &["present.wgsl"], slots: &[(Slot::Image, Read)] };
 
 pub(crate) const DISPATCH: Program = Program {
     name: "dispatch",
@@ -117,13 +115,6 @@ pub(crate) const IRRADIANCE: Program = Program {
     ],
 };
 
-pub(crate) const COPY: Program = Program {
-    name: "copy",
-    entry: "copy",
-    modules: &["shared/surface.wgsl", "shared/query.wgsl", "upsample/copy.wgsl"],
-    slots: &[(Slot::Normal, Read), (Slot::Samples, Read), (Slot::Plane, Write)],
-};
-
 pub(crate) const COMPOSE: Program = Program {
     name: "compose",
     entry: "compose",
@@ -140,4 +131,35 @@ pub(crate) const COMPOSE: Program = Program {
 
 /// All of them, for tests.
 #[cfg(test)]
-pub(crate) const ALL: &[Program] = &[GBUFFER, RESOLVE, FULL, DISPATCH, BVH_MASKS, IRRADIANCE, COPY, COMPOSE];
+pub(crate) const ALL: &[&[Program]] = &[
+    &[GBUFFER, RESOLVE, IMPORT, PRESENT, DISPATCH, BVH_MASKS, IRRADIANCE, COMPOSE],
+    &[
+        refine::PYRAMID,
+        refine::FULL,
+        refine::NICHOLS_CHOOSE,
+        refine::NICHOLS_REUSE,
+        refine::NICHOLS_MERGE,
+        refine::NICHOLS_COMPARE,
+        refine::NICHOLS_SETTLE,
+        refine::SFVT_CLASSIFY,
+        refine::SFVT_JUDGE,
+        refine::SFVT_VALUE,
+        refine::SFVT_FINALS,
+        refine::BREAKS,
+        refine::BREAKS_GATHER,
+        refine::LATTICE_LOOK,
+        refine::LATTICE_ASK,
+        refine::LATTICE_VALUE,
+        refine::LATTICE_JUDGE,
+        refine::LATTICE_MEND,
+        refine::OWNERS,
+    ],
+    &[
+        upsample::COPY,
+        upsample::BILINEAR,
+        upsample::RBF,
+        upsample::TRUST,
+        upsample::ROBUST,
+        upsample::LATTICE,
+    ],
+];

@@ -1,41 +1,61 @@
 //! The one place that states the order of the stages on the GPU.
 
+use halflight_core::frame::LightSampling;
+use halflight_core::light::AreaLight;
 use halflight_core::pattern::Pattern;
 use halflight_core::scene::{Camera, Scene};
-use halflight_core::{frame::LightSampling, light::AreaLight};
-use halflight_cpu::config::{PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
-use halflight_cpu::gbuffer::View;
+use halflight_cpu::config::{PipelineConfig, VisibilityConfig};
 use halflight_cpu::irradiance::Shading;
 use halflight_cpu::pipeline::{MAX_SIZE, PipelineError, check_scene};
 
 use crate::GpuError;
+use crate::bindings::Slot;
 use crate::buffers::{Buffers, Size};
 use crate::frame::{Frame, Key};
 use crate::gbuffer::Rasterizer;
+use crate::present::Present;
 use crate::programs;
+use crate::recorder::{Groups, Recorder};
+use crate::refine::{Refine, Tracer};
 use crate::scene::SceneBuffers;
-use crate::stage::{Groups, Stage};
+use crate::stage::Stage;
 use crate::stats::{Clock, PendingStats, Timed};
+use crate::upsample::Upsample;
 
 /// What changes from frame to frame.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Inputs {
+pub struct Inputs<'a> {
     /// Where the scene is seen from; the scene's own camera by default.
     pub camera: Option<Camera>,
     /// Number of the frame: frames differ in their light samples.
     pub frame: u32,
     /// Where the G-buffer comes from.
-    pub surfaces: Surfaces,
+    pub surfaces: Surfaces<'a>,
 }
 
 /// Where the G-buffer comes from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Surfaces {
+#[derive(Clone, Copy, Debug, Default)]
+pub enum Surfaces<'a> {
     /// The scene is rasterized.
     #[default]
     Scene,
     /// It is in [`Renderer::position`] and [`Renderer::normal`] already.
     Kept,
+    /// The caller has drawn it, in textures of the image's size that can be bound and need not be filtered. What it sees must be
+    /// the scene, seen by the camera.
+    Points {
+        /// World-space points.
+        position: &'a wgpu::TextureView,
+        /// Geometric unit normals towards the viewer; zero where nothing is seen.
+        normal: &'a wgpu::TextureView,
+    },
+    /// The same with depths.
+    Depths {
+        /// Distances along the view direction, metres.
+        depth: &'a wgpu::TextureView,
+        /// As above.
+        normal: &'a wgpu::TextureView,
+    },
 }
 
 /// What stages hand on; all numbers have 32 bits.
@@ -49,6 +69,8 @@ pub enum Inside {
     Visible,
     /// Samples: place in pixels (two floats), value (a float, below 0 for none), pixel. One a cell, level by level.
     Samples,
+    /// One number a pixel: the level of the cell that it lies in, `u32::MAX` for none.
+    Owners,
     /// One float a pixel: irradiance per radiance, or the visible fraction.
     Plane,
 }
@@ -66,6 +88,7 @@ pub struct Renderer {
     stages: Stages,
     buffers: Buffers,
     clock: Option<Clock>,
+    present: Option<Present>,
 }
 
 /// All stages of a configuration.
@@ -73,11 +96,11 @@ pub struct Renderer {
 struct Stages {
     rasterize: Rasterizer,
     resolve: Stage,
-    refine: Stage,
-    dispatch: Stage,
-    masks: Stage,
-    irradiance: Stage,
-    upsample: Stage,
+    /// Of points, and of depths.
+    take: [Stage; 2],
+    refine: Refine,
+    tracer: Tracer,
+    upsample: Upsample,
     compose: Stage,
 }
 
@@ -130,10 +153,10 @@ impl Renderer {
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
         let stages = Stages::new(device, config, visibility)?;
         let buffers = SceneBuffers::new(device, scene)?;
-        let size = size(config.width, config.height, scene.lights.len())?;
+        let size = stages.size(config.width, config.height, pattern, scene.lights.len())?;
         let mut renderer = Self {
             device: device.clone(),
-            buffers: Buffers::new(device, &buffers, size, pattern)?,
+            buffers: Buffers::new(device, &buffers, size)?,
             scene: buffers,
             lights: scene.lights.clone(),
             camera: scene.camera,
@@ -142,6 +165,7 @@ impl Renderer {
             seed: config.seed,
             stages,
             clock: Clock::new(device, queue),
+            present: None,
         };
         renderer.bind();
         Ok(renderer)
@@ -152,9 +176,9 @@ impl Renderer {
     /// # Errors
     /// The image has no pixels or is too large; the renderer is then as it was.
     pub fn resize(&mut self, width: u32, height: u32) -> Result<(), GpuError> {
-        let size = size(width, height, self.lights.len())?;
+        let size = self.stages.size(width, height, self.pattern, self.lights.len())?;
         if size != self.buffers.size {
-            self.buffers = Buffers::new(&self.device, &self.scene, size, self.pattern)?;
+            self.buffers = Buffers::new(&self.device, &self.scene, size)?;
             self.bind();
         }
         Ok(())
@@ -184,6 +208,7 @@ impl Renderer {
             Inside::Wanted => &self.buffers.wanted,
             Inside::Visible => &self.buffers.visible,
             Inside::Samples => &self.buffers.samples,
+            Inside::Owners => &self.buffers.owners,
             Inside::Plane => &self.buffers.plane,
         }
     }
@@ -197,31 +222,65 @@ impl Renderer {
         if let Some(clock) = clock {
             clock.start();
         }
-        let Size { width, height, .. } = buffers.size;
-        let view = View::new(inputs.camera.as_ref().unwrap_or(&self.camera), width, height);
-        let general = Frame::new(&view, (width, height), self.scene.size, self.pattern);
+        let Size { width, height, queries, .. } = buffers.size;
+        let camera = inputs.camera.as_ref().unwrap_or(&self.camera);
+        let general = Frame::new(camera, (width, height), self.scene.size, self.pattern);
+        let general = Frame { capacity: queries, ..general };
         let key = Key { seed: self.seed, frame: inputs.frame, sharing: self.sampling.sharing };
-        let general = Frame { capacity: buffers.size.queries, ..general };
-        let frames: Vec<Frame> =
-            (0..).zip(&self.lights).map(|(number, light)| general.with_light(number, light, key)).collect();
+        let frames: Vec<Frame> = (0..)
+            .zip(&self.lights)
+            .flat_map(|(number, light)| {
+                stages.refine.frames(general.with_light(number, light, key), self.pattern)
+            })
+            .collect();
         write_frames(&self.device, encoder, buffers, &frames);
         encoder.clear_buffer(&buffers.counters, 0, None);
 
-        let tiles = Groups::Count(width.div_ceil(8), height.div_ceil(8));
-        if inputs.surfaces == Surfaces::Scene {
-            stages.rasterize.run(encoder, buffers, self.scene.vertices, clock.as_mut());
-            stages.resolve.pass(encoder, clock.as_mut(), Timed::Gbuffer, buffers, 0, tiles);
+        let mut recorder = Recorder { encoder, buffers, clock: clock.as_mut() };
+        match inputs.surfaces {
+            Surfaces::Kept => {}
+            Surfaces::Scene => {
+                stages.rasterize.run(&mut recorder, self.scene.vertices);
+                recorder.run(&stages.resolve, Timed::Gbuffer, 0, Groups::Tiles(0));
+            }
+            Surfaces::Points { position: point, normal } | Surfaces::Depths { depth: point, normal } => {
+                let depth = matches!(inputs.surfaces, Surfaces::Depths { .. });
+                let take = &mut stages.take[usize::from(depth)];
+                take.bind_given(
+                    &self.device,
+                    buffers,
+                    &[(Slot::GivenPoint, point), (Slot::GivenNormal, normal)],
+                );
+                recorder.run(take, Timed::Gbuffer, 0, Groups::Tiles(0));
+            }
         }
-        for light in 0..frames.len() as u32 {
-            encoder.clear_buffer(&buffers.counters, 0, Some(4));
-            stages.refine.pass(encoder, clock.as_mut(), Timed::Refine, buffers, light, tiles);
-            stages.dispatch.pass(encoder, clock.as_mut(), Timed::Refine, buffers, light, Groups::Count(1, 1));
-            let (rays, queries) = (Groups::Indirect(0), Groups::Indirect(1));
-            stages.masks.pass(encoder, clock.as_mut(), Timed::Visibility, buffers, light, rays);
-            stages.irradiance.pass(encoder, clock.as_mut(), Timed::Irradiance, buffers, light, queries);
-            stages.upsample.pass(encoder, clock.as_mut(), Timed::Upsample, buffers, light, tiles);
-            stages.compose.pass(encoder, clock.as_mut(), Timed::Compose, buffers, light, tiles);
+        stages.refine.prepare(&mut recorder);
+        let coarsest = stages.refine.coarsest();
+        for light in 0..self.lights.len() as u32 {
+            let first = light * (coarsest + 1);
+            stages.refine.record(&mut recorder, &stages.tracer, first);
+            stages.upsample.record(&mut recorder, first, coarsest);
+            recorder.run(&stages.compose, Timed::Compose, first, Groups::Tiles(0));
         }
+        Ok(())
+    }
+
+    /// Records a copy of the image to a texture of this format that can be rendered to.
+    ///
+    /// # Errors
+    /// A shader cannot be read.
+    pub fn present(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        target: &wgpu::TextureView,
+        format: wgpu::TextureFormat,
+    ) -> Result<(), GpuError> {
+        let present = match self.present.take().filter(|present| present.format == format) {
+            Some(present) => present,
+            None => Present::new(&self.device, format)?,
+        };
+        present.record(&self.device, encoder, &self.buffers, target);
+        self.present = Some(present);
         Ok(())
     }
 
@@ -231,10 +290,11 @@ impl Renderer {
     }
 
     fn bind(&mut self) {
-        let Stages { rasterize, resolve, refine, dispatch, masks, irradiance, upsample, compose } =
-            &mut self.stages;
+        let Stages { rasterize, resolve, take: _, refine, tracer, upsample, compose } = &mut self.stages;
         rasterize.bind(&self.device, &self.buffers);
-        for stage in [resolve, refine, dispatch, masks, irradiance, upsample, compose] {
+        let Tracer { dispatch, masks: [first, second], irradiance } = tracer;
+        let others = [resolve, dispatch, first, second, irradiance, compose];
+        for stage in others.into_iter().chain(refine.stages()).chain(upsample.stages()) {
             stage.bind(&self.device, &self.buffers);
         }
     }
@@ -246,34 +306,34 @@ impl Stages {
         config: &PipelineConfig,
         visibility: Option<&str>,
     ) -> Result<Self, GpuError> {
-        let unsupported = |stage, reason| Err(GpuError::Unsupported { stage, reason });
-        match config.refiner {
-            RefinerConfig::Full => {}
-            _ => return unsupported("this refiner", "only `full` does so far"),
-        }
-        if config.upsampler == UpsamplerConfig::Delaunay {
-            return unsupported("delaunay", "a triangulation is made one point after another; use `lattice`");
-        }
         let shading = [("SHADING", if config.shading == Shading::Ratio { 1.0 } else { 0.0 })];
+        let masks = |purpose: f64| {
+            Stage::with_visibility(device, programs::BVH_MASKS, &[("PURPOSE", purpose)], visibility)
+        };
+        let take = |depth: f64| Stage::new(device, programs::IMPORT, &[("DEPTH", depth)]);
         Ok(Self {
+            refine: Refine::new(device, config)?,
+            upsample: Upsample::new(device, config)?,
             rasterize: Rasterizer::new(device)?,
             resolve: Stage::new(device, programs::RESOLVE, &[])?,
-            refine: Stage::new(device, programs::FULL, &[])?,
-            dispatch: Stage::new(device, programs::DISPATCH, &[])?,
-            masks: Stage::with_visibility(device, programs::BVH_MASKS, &[], visibility)?,
-            irradiance: Stage::new(device, programs::IRRADIANCE, &shading)?,
-            upsample: Stage::new(device, programs::COPY, &[])?,
+            take: [take(0.0)?, take(1.0)?],
+            tracer: Tracer {
+                dispatch: Stage::new(device, programs::DISPATCH, &[])?,
+                masks: [masks(0.0)?, masks(1.0)?],
+                irradiance: Stage::new(device, programs::IRRADIANCE, &shading)?,
+            },
             compose: Stage::new(device, programs::COMPOSE, &shading)?,
         })
     }
-}
 
-/// What an image of this size takes.
-fn size(width: u32, height: u32, lights: usize) -> Result<Size, GpuError> {
-    if !(1..=MAX_SIZE).contains(&width) || !(1..=MAX_SIZE).contains(&height) {
-        return Err(PipelineError::Size { width, height }.into());
+    /// What an image of this size takes.
+    fn size(&self, width: u32, height: u32, pattern: Pattern, lights: usize) -> Result<Size, GpuError> {
+        if !(1..=MAX_SIZE).contains(&width) || !(1..=MAX_SIZE).contains(&height) {
+            return Err(PipelineError::Size { width, height }.into());
+        }
+        let size = self.upsample.size(self.refine.size(width, height, pattern));
+        Ok(Size { frames: lights as u32 * (self.refine.coarsest() + 1), ..size })
     }
-    Ok(Size { width, height, queries: width * height, frames: lights as u32 })
 }
 
 /// Copies the uniforms by the encoder, so that several frames can be recorded before one submission.

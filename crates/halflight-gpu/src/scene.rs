@@ -39,7 +39,7 @@ pub(crate) struct SceneBuffers {
     pub(crate) faces: wgpu::Buffer,
     pub(crate) materials: wgpu::Buffer,
     pub(crate) uvs: wgpu::Buffer,
-    pub(crate) texels: wgpu::Buffer,
+    pub(crate) textures: wgpu::Buffer,
     /// Corners to rasterize.
     pub(crate) vertices: u32,
     /// Diagonal of the scene, metres.
@@ -97,7 +97,7 @@ impl SceneBuffers {
             faces: upload("triangle numbers", bytemuck::cast_slice(&faces))?,
             materials: upload("materials", bytemuck::cast_slice(&materials))?,
             uvs: upload("texture coordinates", bytemuck::cast_slice(&uvs))?,
-            texels: upload("textures", bytemuck::cast_slice(&texels))?,
+            textures: upload("textures", bytemuck::cast_slice(&texels))?,
             vertices: 3 * order.len() as u32,
             size,
         })

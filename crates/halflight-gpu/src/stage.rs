@@ -8,7 +8,6 @@ use crate::buffers::Buffers;
 use crate::frame::Frame;
 use crate::programs::Program;
 use crate::shader;
-use crate::stats::{Clock, Timed};
 
 /// A compute program, ready to be dispatched.
 #[derive(Debug)]
@@ -17,15 +16,6 @@ pub(crate) struct Stage {
     pipeline: wgpu::ComputePipeline,
     layout: wgpu::BindGroupLayout,
     bound: Option<wgpu::BindGroup>,
-}
-
-/// How much is dispatched.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Groups {
-    /// So many workgroups.
-    Count(u32, u32),
-    /// As many as the arguments at this index say.
-    Indirect(u64),
 }
 
 /// A shader module and the layout of what it binds.
@@ -68,12 +58,13 @@ pub(crate) fn prepare(
     Ok((module, layout))
 }
 
-/// Binds what a program asks for.
+/// Binds what a program asks for; `given` are textures of the caller's.
 pub(crate) fn bind(
     device: &wgpu::Device,
     program: &Program,
     layout: &wgpu::BindGroupLayout,
     buffers: &Buffers,
+    given: &[(Slot, &wgpu::TextureView)],
 ) -> wgpu::BindGroup {
     let uniform = wgpu::BindGroupEntry {
         binding: 0,
@@ -83,8 +74,14 @@ pub(crate) fn bind(
             size: NonZeroU64::new(size_of::<Frame>() as u64),
         }),
     };
-    let entry =
-        |slot: Slot| wgpu::BindGroupEntry { binding: slot.binding(), resource: buffers.resource(slot) };
+    let entry = |slot: Slot| {
+        let texture = given.iter().find(|(known, _)| *known == slot);
+        let resource = match texture {
+            Some((_, view)) => wgpu::BindingResource::TextureView(view),
+            None => buffers.resource(slot),
+        };
+        wgpu::BindGroupEntry { binding: slot.binding(), resource }
+    };
     let entries: Vec<_> =
         std::iter::once(uniform).chain(program.slots.iter().map(|&(slot, _)| entry(slot))).collect();
     device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -136,30 +133,27 @@ impl Stage {
 
     /// Binds buffers that are new.
     pub(crate) fn bind(&mut self, device: &wgpu::Device, buffers: &Buffers) {
-        self.bound = Some(bind(device, &self.program, &self.layout, buffers));
+        self.bound = Some(bind(device, &self.program, &self.layout, buffers, &[]));
     }
 
-    /// Dispatches it in a pass of its own; `frame` is the uniform's index.
-    pub(crate) fn pass(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        clock: Option<&mut Clock>,
-        timed: Timed,
+    /// Binds buffers and textures of the caller's.
+    pub(crate) fn bind_given(
+        &mut self,
+        device: &wgpu::Device,
         buffers: &Buffers,
-        frame: u32,
-        groups: Groups,
+        given: &[(Slot, &wgpu::TextureView)],
     ) {
-        let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(self.program.name),
-            timestamp_writes: clock.and_then(|clock| clock.compute(timed)),
-        });
+        self.bound = Some(bind(device, &self.program, &self.layout, buffers, given));
+    }
+
+    /// Its name.
+    pub(crate) fn name(&self) -> &'static str {
+        self.program.name
+    }
+
+    /// Makes it what is dispatched next; `frame` is where its uniform begins.
+    pub(crate) fn set(&self, compute: &mut wgpu::ComputePass, frame: u32) {
         compute.set_pipeline(&self.pipeline);
-        compute.set_bind_group(0, self.bound.as_ref(), &[frame * buffers.frame_stride]);
-        match groups {
-            Groups::Count(x, y) => compute.dispatch_workgroups(x, y, 1),
-            Groups::Indirect(index) => {
-                compute.dispatch_workgroups_indirect(&buffers.arguments, index * 12);
-            }
-        }
+        compute.set_bind_group(0, self.bound.as_ref(), &[frame]);
     }
 }

@@ -6,12 +6,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use halflight_core::stats::{FrameStats, StageTimes};
 
 use crate::GpuError;
-use crate::buffers::{BUCKETS, TALLIES, TALLY};
+use crate::buffers::{BUCKETS, TALLY};
+use crate::frame::LEVELS;
 
 /// A stage whose time is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Timed {
     Gbuffer,
+    Pyramid,
     Refine,
     Visibility,
     Irradiance,
@@ -157,16 +159,16 @@ impl PendingStats {
         let failed = |error: wgpu::MapRangeError| GpuError::Readback(error.to_string());
         let view = self.counters.slice(..).get_mapped_range().map_err(failed)?;
         let counters: Vec<u32> = bytemuck::pod_collect_to_vec(&view);
-        let tally = |kind: u64| {
-            let first = (TALLY + kind * BUCKETS) as usize;
-            counters[first..first + BUCKETS as usize].iter().map(|&count| u64::from(count)).sum()
+        let tally = |kind: usize| {
+            let first = TALLY + kind * BUCKETS;
+            counters[first..first + BUCKETS].iter().map(|&count| u64::from(count)).sum()
         };
         let mut frame = FrameStats::default();
-        for (total, &count) in frame.fragments.per_level.iter_mut().zip(&counters[16..32]) {
-            *total = count.into();
+        for (level, total) in frame.fragments.per_level.iter_mut().take(LEVELS).enumerate() {
+            *total = tally(3 + level);
         }
         frame.fragments.total = frame.fragments.per_level.iter().sum();
-        (frame.rays.refine, frame.rays.last, frame.rays.skipped) = (tally(0), tally(1), tally(TALLIES - 1));
+        (frame.rays.refine, frame.rays.last, frame.rays.skipped) = (tally(0), tally(1), tally(2));
         frame.rays.total = frame.rays.refine + frame.rays.last;
         if let Some(times) = &self.times {
             let view = times.slice(..).get_mapped_range().map_err(failed)?;
@@ -180,13 +182,14 @@ impl PendingStats {
                 frame.total_ms = (last - first) as f64 * f64::from(self.period) * 1e-6;
             }
         }
-        Ok(GpuStats { frame, lost: counters[1].into() })
+        Ok(GpuStats { frame, lost: counters[4].into() })
     }
 }
 
 fn column(times: &mut StageTimes, stage: Timed) -> &mut f64 {
     match stage {
         Timed::Gbuffer => &mut times.gbuffer,
+        Timed::Pyramid => &mut times.pyramid,
         Timed::Refine => &mut times.refine,
         Timed::Visibility => &mut times.visibility,
         Timed::Irradiance => &mut times.irradiance,

@@ -56,6 +56,14 @@ impl Default for SfvtGassConfig {
     }
 }
 
+impl SfvtGassConfig {
+    /// The pattern of one quadrant: a quarter of the samples of a full mask (K = 16 of 64 in the paper), at least 4.
+    pub fn quadrant_pattern(full: Pattern) -> Pattern {
+        let quarter = (full.len() / 4).max(4);
+        Pattern::with_count(full.kind, quarter).unwrap_or(full)
+    }
+}
+
 /// The refiner of Koa17.
 #[derive(Clone, Debug, Default)]
 pub struct SfvtGass {
@@ -84,12 +92,6 @@ impl SfvtGass {
     /// A refiner with these constants.
     pub fn new(config: SfvtGassConfig) -> Self {
         Self { config, ..Self::default() }
-    }
-
-    /// The pattern of one quadrant: a quarter of the samples of a full mask (K = 16 of 64 in the paper), at least 4.
-    fn quadrant_pattern(full: Pattern) -> Pattern {
-        let quarter = (full.len() / 4).max(4);
-        Pattern::with_count(full.kind, quarter).unwrap_or(full)
     }
 
     /// Splits by geometry, drops empty cells, writes culled ones; what is left is in `tested`.
@@ -131,7 +133,7 @@ impl SfvtGass {
         visibility: &mut dyn Visibility,
         fragments: &mut Fragments,
     ) -> (u16, usize) {
-        let pattern = Self::quadrant_pattern(frame.pattern);
+        let pattern = SfvtGassConfig::quadrant_pattern(frame.pattern);
         let words = pattern.words();
         let sixteen = level >= self.config.sixteen_from_level;
         let slots = if sixteen { 16 } else { 4 };
@@ -329,7 +331,7 @@ impl Refiner for SfvtGass {
     }
 
     fn patterns(&self, full: Pattern) -> Vec<Pattern> {
-        vec![Self::quadrant_pattern(full), full]
+        vec![SfvtGassConfig::quadrant_pattern(full), full]
     }
 
     fn coarsest_level(&self) -> u8 {

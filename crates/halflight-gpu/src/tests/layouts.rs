@@ -2,7 +2,8 @@ use naga::TypeInner;
 
 use super::permutations::parsed;
 use crate::frame::{Frame, GpuPattern};
-use crate::programs::{FULL, RESOLVE};
+use crate::programs::RESOLVE;
+use crate::programs::refine::FULL;
 use crate::scene::GpuMaterial;
 
 /// Checks members' offsets and the size of a structure against naga's.
@@ -51,6 +52,19 @@ fn structures_are_laid_out_alike() {
         radiance,
         capacity,
         pattern,
+        depth_break,
+        curvature_break,
+        enough,
+        coarsest,
+        slots,
+        split_above,
+        gradient_above,
+        depth_finest,
+        surface,
+        rise_sine,
+        rise_footprint,
+        error,
+        step_level,
         levels
     );
     let (members, span) = structure(&parsed(&RESOLVE), "Material");

@@ -13,7 +13,7 @@ pub(super) fn parsed(program: &Program) -> naga::Module {
 
 #[test]
 fn every_program_is_valid_and_binds_what_it_says() {
-    for program in ALL {
+    for program in ALL.iter().copied().flatten() {
         let module = parsed(program);
         let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
         let info = validator.validate(&module).unwrap_or_else(|error| panic!("{}: {error:?}", program.name));
@@ -26,7 +26,7 @@ fn every_program_is_valid_and_binds_what_it_says() {
             let known = program.slots.iter().find(|(slot, _)| slot.binding() == binding.binding);
             if let Some((slot, Access::Write)) = known {
                 let writes = usage.contains(naga::valid::GlobalUse::WRITE);
-                let atomic = global.name.as_deref() == Some("counters");
+                let atomic = matches!(global.name.as_deref(), Some("counters" | "pyramid"));
                 assert!(writes || atomic, "{} only reads {slot:?}", program.name);
             }
         }

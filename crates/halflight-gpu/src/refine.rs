@@ -1,0 +1,420 @@
+//! Refiners: which passes they are made of.
+
+use halflight_core::pattern::Pattern;
+use halflight_core::pyramid::MAX_LEVEL;
+use halflight_cpu::config::{PipelineConfig, RefinerConfig};
+use halflight_cpu::irradiance::Shading;
+use halflight_cpu::refine::{GeometryThresholds, LatticeConfig, NicholsConfig, SfvtGassConfig};
+
+use crate::GpuError;
+use crate::buffers::Size;
+use crate::frame::{self, Frame, GpuPattern};
+use crate::programs::refine as programs;
+use crate::recorder::{Groups, Recorder};
+use crate::stage::Stage;
+use crate::stats::Timed;
+
+/// Turns queries into masks and values.
+#[derive(Debug)]
+pub(crate) struct Tracer {
+    pub(crate) dispatch: Stage,
+    /// To refine, and for irradiance alone.
+    pub(crate) masks: [Stage; 2],
+    pub(crate) irradiance: Stage,
+}
+
+impl Tracer {
+    /// Sizes the dispatches of the queries that are new.
+    fn count(&self, recorder: &mut Recorder, frame: u32) {
+        recorder.run(&self.dispatch, Timed::Refine, frame, Groups::Count(1));
+    }
+
+    /// Traces these.
+    fn trace(&self, recorder: &mut Recorder, frame: u32, last: bool) {
+        recorder.run(&self.masks[usize::from(last)], Timed::Visibility, frame, Groups::Rays);
+    }
+}
+
+/// A refiner.
+#[derive(Debug)]
+pub(crate) enum Refine {
+    /// Every pixel its own samples.
+    Full(Stage),
+    /// 3 × 3 neighbourhoods.
+    Nichols(Box<Nichols>),
+    /// Sub-fragment tests.
+    SfvtGass(Box<SfvtGass>),
+    /// Masks at the corners of cells.
+    Lattice(Box<Lattice>),
+}
+
+/// Passes of Nichols10.
+#[derive(Debug)]
+pub(crate) struct Nichols {
+    config: NicholsConfig,
+    pyramid: Stage,
+    choose: Stage,
+    reuse: Stage,
+    merge: Stage,
+    compare: Stage,
+    settle: Stage,
+    owners: Stage,
+}
+
+/// Passes of Koa17.
+#[derive(Debug)]
+pub(crate) struct SfvtGass {
+    config: SfvtGassConfig,
+    pyramid: Stage,
+    classify: Stage,
+    judge: Stage,
+    value: Stage,
+    finals: Stage,
+    owners: Stage,
+}
+
+/// Passes of the lattice.
+#[derive(Debug)]
+pub(crate) struct Lattice {
+    config: LatticeConfig,
+    breaks: Stage,
+    gather: Stage,
+    look: Stage,
+    ask: Stage,
+    value: Stage,
+    judge: Stage,
+    mend: Stage,
+    owners: Stage,
+}
+
+/// How often kept cells are compared with their neighbours. The CPU goes on until none is contradicted, which took up to four
+/// rounds in a hall, among toys and in foliage; cracks that are left after more than these stay.
+const ROUNDS: usize = 6;
+
+/// An override constant that is true or false.
+fn flag(value: bool) -> f64 {
+    if value { 1.0 } else { 0.0 }
+}
+
+impl Refine {
+    /// Compiles the passes of a configuration's refiner.
+    ///
+    /// # Errors
+    /// It does not exist here, or a shader cannot be read.
+    pub(crate) fn new(device: &wgpu::Device, config: &PipelineConfig) -> Result<Self, GpuError> {
+        let shading = ("SHADING", flag(config.shading == Shading::Ratio));
+        let stage = |program, constants: &[(&str, f64)]| Stage::new(device, program, constants);
+        match config.refiner {
+            RefinerConfig::Full => Ok(Self::Full(stage(programs::FULL, &[])?)),
+            RefinerConfig::Nichols(config) => {
+                if config.irradiance_threshold.is_some() {
+                    return Err(GpuError::Unsupported {
+                        stage: "nichols with an irradiance threshold",
+                        reason: "only light samples are compared; leave the threshold out",
+                    });
+                }
+                let interleaved = ("INTERLEAVED", flag(config.interleaved));
+                Ok(Self::Nichols(Box::new(Nichols {
+                    config,
+                    pyramid: stage(programs::PYRAMID, &[])?,
+                    choose: stage(programs::NICHOLS_CHOOSE, &[shading, interleaved])?,
+                    reuse: stage(programs::NICHOLS_REUSE, &[interleaved])?,
+                    merge: stage(programs::NICHOLS_MERGE, &[])?,
+                    compare: stage(programs::NICHOLS_COMPARE, &[interleaved])?,
+                    settle: stage(programs::NICHOLS_SETTLE, &[("DIAGONAL", flag(config.diagonal))])?,
+                    owners: stage(programs::OWNERS, &[])?,
+                })))
+            }
+            RefinerConfig::SfvtGass(config) => {
+                let dark = ("DARK_CULLING", flag(config.dark_culling));
+                let further = ("FURTHER_SAMPLES", flag(config.additional_samples));
+                Ok(Self::SfvtGass(Box::new(SfvtGass {
+                    config,
+                    pyramid: stage(programs::PYRAMID, &[])?,
+                    classify: stage(programs::SFVT_CLASSIFY, &[shading])?,
+                    judge: stage(programs::SFVT_JUDGE, &[dark, further])?,
+                    value: stage(programs::SFVT_VALUE, &[shading])?,
+                    finals: stage(programs::SFVT_FINALS, &[shading])?,
+                    owners: stage(programs::OWNERS, &[])?,
+                })))
+            }
+            RefinerConfig::Lattice(config) => {
+                if config.target > 0.0 || config.certify {
+                    return Err(GpuError::Unsupported {
+                        stage: "lattice with an error target or proofs",
+                        reason: "both are judged on the CPU in the middle of a frame; set `error` instead",
+                    });
+                }
+                Ok(Self::Lattice(Box::new(Lattice {
+                    config,
+                    breaks: stage(programs::BREAKS, &[])?,
+                    gather: stage(programs::BREAKS_GATHER, &[])?,
+                    look: stage(programs::LATTICE_LOOK, &[])?,
+                    ask: stage(programs::LATTICE_ASK, &[])?,
+                    value: stage(programs::LATTICE_VALUE, &[shading])?,
+                    judge: stage(programs::LATTICE_JUDGE, &[])?,
+                    mend: stage(programs::LATTICE_MEND, &[])?,
+                    owners: stage(programs::OWNERS, &[("COUNTED", 0.0)])?,
+                })))
+            }
+        }
+    }
+
+    /// The coarsest level of cells.
+    pub(crate) fn coarsest(&self) -> u32 {
+        let level = |level: u8| u32::from(level.clamp(1, MAX_LEVEL));
+        match self {
+            Self::Full(_) => 0,
+            Self::Nichols(nichols) => level(nichols.config.coarsest_level),
+            Self::SfvtGass(sfvt) => level(sfvt.config.coarsest_level),
+            Self::Lattice(lattice) => lattice.config.coarsest_level.min(MAX_LEVEL).into(),
+        }
+    }
+
+    /// What its buffers take for an image of this size.
+    pub(crate) fn size(&self, width: u32, height: u32, pattern: Pattern) -> Size {
+        let words = u64::from(frame::words(pattern));
+        let cells = |level| frame::cells(width, height, level);
+        let all = (0..=self.coarsest()).map(cells).sum::<u32>();
+        let size = Size { width, height, samples: all, cells: all, pyramid: all, ..Size::default() };
+        match self {
+            Self::Full(_) => Size {
+                queries: all,
+                words: u64::from(all) * words,
+                samples: all,
+                cells: 0,
+                pyramid: 0,
+                ..size
+            },
+            Self::Nichols(nichols) => {
+                let words = u64::from(all) * words;
+                Size {
+                    queries: all,
+                    words,
+                    reused: if nichols.config.incremental { words } else { 0 },
+                    ..size
+                }
+            }
+            Self::SfvtGass(sfvt) => {
+                let tests = (1..=self.coarsest()).map(|level| cells(level) * sfvt.slots(level));
+                let tests = tests.max().unwrap_or(0);
+                let quadrant = u64::from(frame::words(SfvtGassConfig::quadrant_pattern(pattern)));
+                Size {
+                    queries: cells(0).max(tests),
+                    words: (u64::from(cells(0)) * words).max(u64::from(tests) * quadrant),
+                    ..size
+                }
+            }
+            Self::Lattice(_) => Size {
+                queries: cells(0),
+                words: u64::from(cells(0)) * words,
+                samples: cells(0),
+                pyramid: 0,
+                breaks: all,
+                fractions: cells(0),
+                ..size
+            },
+        }
+    }
+
+    /// Uniforms of one light: one a level, pixels first.
+    pub(crate) fn frames(&self, general: Frame, pattern: Pattern) -> Vec<Frame> {
+        let coarsest = self.coarsest();
+        let level = |level: u32| {
+            let frame = Frame { level, coarsest, ..general };
+            match self {
+                Self::Full(_) => frame,
+                Self::Nichols(nichols) => nichols.frame(frame, pattern),
+                Self::SfvtGass(sfvt) => sfvt.frame(frame, pattern),
+                Self::Lattice(lattice) => lattice.frame(frame),
+            }
+        };
+        (0..=coarsest).map(level).collect()
+    }
+
+    /// Records what is done once a frame.
+    pub(crate) fn prepare(&self, recorder: &mut Recorder) {
+        let pyramid = match self {
+            Self::Full(_) | Self::Lattice(_) => return,
+            Self::Nichols(nichols) => &nichols.pyramid,
+            Self::SfvtGass(sfvt) => &sfvt.pyramid,
+        };
+        recorder.encoder.clear_buffer(&recorder.buffers.pyramid, 0, None);
+        for level in 1..=self.coarsest() {
+            let Size { width, height, .. } = recorder.buffers.size;
+            let seams = u64::from(frame::cells(width, height, level)) * (2 << level);
+            recorder.run(pyramid, Timed::Pyramid, level, Groups::Count(seams));
+        }
+    }
+
+    /// Records what is done for one light, whose uniforms begin at `first`.
+    pub(crate) fn record(&self, recorder: &mut Recorder, tracer: &Tracer, first: u32) {
+        recorder.clear_queries();
+        match self {
+            Self::Full(stage) => {
+                recorder.run(stage, Timed::Refine, first, Groups::Tiles(0));
+                tracer.count(recorder, first);
+                tracer.trace(recorder, first, true);
+            }
+            Self::Nichols(nichols) => nichols.record(recorder, tracer, first, self.coarsest()),
+            Self::SfvtGass(sfvt) => sfvt.record(recorder, tracer, first, self.coarsest()),
+            // Its values are known as it goes.
+            Self::Lattice(lattice) => return lattice.record(recorder, tracer, first, self.coarsest()),
+        }
+        recorder.run(&tracer.irradiance, Timed::Irradiance, first, Groups::AllQueries);
+    }
+
+    /// All stages, to bind.
+    pub(crate) fn stages(&mut self) -> Vec<&mut Stage> {
+        match self {
+            Self::Full(stage) => vec![stage],
+            Self::Nichols(nichols) => {
+                let Nichols { config: _, pyramid, choose, reuse, merge, compare, settle, owners } =
+                    &mut **nichols;
+                vec![pyramid, choose, reuse, merge, compare, settle, owners]
+            }
+            Self::SfvtGass(sfvt) => {
+                let SfvtGass { config: _, pyramid, classify, judge, value, finals, owners } = &mut **sfvt;
+                vec![pyramid, classify, judge, value, finals, owners]
+            }
+            Self::Lattice(lattice) => {
+                let Lattice { config: _, breaks, gather, look, ask, value, judge, mend, owners } =
+                    &mut **lattice;
+                vec![breaks, gather, look, ask, value, judge, mend, owners]
+            }
+        }
+    }
+}
+
+fn with_geometry(frame: Frame, thresholds: &GeometryThresholds) -> Frame {
+    Frame { depth_break: thresholds.depth, curvature_break: thresholds.curvature, ..frame }
+}
+
+/// Invocations for all cells of a level.
+fn all_cells(recorder: &Recorder, level: u32) -> Groups {
+    let Size { width, height, .. } = recorder.buffers.size;
+    Groups::Count(frame::cells(width, height, level).into())
+}
+
+impl Nichols {
+    fn frame(&self, frame: Frame, pattern: Pattern) -> Frame {
+        let samples = pattern.len() / if self.config.interleaved { 4 } else { 1 };
+        let enough = (self.config.visibility_threshold * samples as f32).max(1.0);
+        with_geometry(Frame { enough, ..frame }, &self.config.geometry)
+    }
+
+    fn record(&self, recorder: &mut Recorder, tracer: &Tracer, first: u32, coarsest: u32) {
+        recorder.encoder.clear_buffer(&recorder.buffers.cells, 0, None);
+        for level in (0..=coarsest).rev() {
+            let frame = first + level;
+            let cells = all_cells(recorder, level);
+            recorder.run(&self.choose, Timed::Refine, frame, cells);
+            tracer.count(recorder, frame);
+            let incremental = self.config.incremental && level < coarsest;
+            if incremental {
+                recorder.run(&self.reuse, Timed::Refine, frame, Groups::Queries);
+            }
+            tracer.trace(recorder, frame, level == 0);
+            if incremental {
+                recorder.run(&self.merge, Timed::Refine, frame, Groups::Queries);
+            }
+            if level > 0 {
+                recorder.run(&self.compare, Timed::Refine, frame, Groups::Queries);
+            }
+            recorder.run(&self.settle, Timed::Refine, frame, Groups::Queries);
+        }
+        recorder.run(&self.owners, Timed::Refine, first, Groups::Tiles(0));
+    }
+}
+
+impl SfvtGass {
+    /// Queries of a tested cell.
+    fn slots(&self, level: u32) -> u32 {
+        if level >= u32::from(self.config.sixteen_from_level) { 16 } else { 4 }
+    }
+
+    fn frame(&self, frame: Frame, pattern: Pattern) -> Frame {
+        let config = &self.config;
+        let frame = Frame {
+            depth_finest: config.depth_finest_level.into(),
+            ..with_geometry(frame, &config.geometry)
+        };
+        if frame.level == 0 {
+            return frame;
+        }
+        let quadrant = SfvtGassConfig::quadrant_pattern(pattern);
+        let scaled = |bits: u32| bits * quadrant.len() as u32 / 16;
+        let threshold =
+            scaled(if frame.level <= 2 { config.fine_threshold } else { config.coarse_threshold });
+        Frame {
+            pattern: GpuPattern::new(quadrant),
+            slots: self.slots(frame.level),
+            split_above: if config.inclusive { threshold.max(1) - 1 } else { threshold },
+            gradient_above: scaled(config.gradient_threshold),
+            ..frame
+        }
+    }
+
+    fn record(&self, recorder: &mut Recorder, tracer: &Tracer, first: u32, coarsest: u32) {
+        recorder.encoder.clear_buffer(&recorder.buffers.cells, 0, None);
+        for level in (1..=coarsest).rev() {
+            let frame = first + level;
+            let cells = all_cells(recorder, level);
+            recorder.run(&self.classify, Timed::Refine, frame, cells);
+            tracer.count(recorder, frame);
+            tracer.trace(recorder, frame, false);
+            recorder.run(&self.judge, Timed::Refine, frame, Groups::Cells);
+            recorder.run(&self.value, Timed::Irradiance, frame, Groups::Cells);
+            recorder.clear_queries();
+        }
+        recorder.run(&self.finals, Timed::Refine, first, Groups::Tiles(0));
+        tracer.count(recorder, first);
+        tracer.trace(recorder, first, true);
+        recorder.run(&self.owners, Timed::Refine, first, Groups::Tiles(0));
+    }
+}
+
+impl Lattice {
+    fn frame(&self, frame: Frame) -> Frame {
+        let LatticeConfig { error, rise, .. } = self.config;
+        Frame {
+            error,
+            // As on the CPU: thin things have no corner in larger cells.
+            step_level: 2,
+            rise_sine: rise.crease_deg.to_radians().sin(),
+            rise_footprint: rise.step_px * frame.rise_footprint,
+            ..frame
+        }
+    }
+
+    fn record(&self, recorder: &mut Recorder, tracer: &Tracer, first: u32, coarsest: u32) {
+        recorder.encoder.clear_buffer(&recorder.buffers.cells, 0, None);
+        recorder.encoder.clear_buffer(&recorder.buffers.fractions, 0, None);
+        recorder.run(&self.breaks, Timed::Refine, first, Groups::Tiles(0));
+        for level in 1..=coarsest {
+            recorder.run(&self.gather, Timed::Refine, first + level, Groups::Tiles(level));
+        }
+        self.descend(recorder, tracer, first, coarsest);
+        for _ in 0..ROUNDS {
+            for level in 1..=coarsest {
+                recorder.run(&self.mend, Timed::Refine, first + level, Groups::Tiles(level));
+            }
+            // Children of what was split; the coarsest cells have no parents.
+            self.descend(recorder, tracer, first, coarsest.saturating_sub(1));
+        }
+        recorder.run(&self.owners, Timed::Refine, first, Groups::Tiles(0));
+    }
+
+    /// Looks at all pending cells of a level and the finer ones.
+    fn descend(&self, recorder: &mut Recorder, tracer: &Tracer, first: u32, from: u32) {
+        for level in (0..=from).rev() {
+            let frame = first + level;
+            recorder.run(&self.look, Timed::Refine, frame, Groups::Tiles(level));
+            recorder.run(&self.ask, Timed::Refine, frame, Groups::Corners(level));
+            tracer.count(recorder, frame);
+            tracer.trace(recorder, frame, level == 0);
+            recorder.run(&self.value, Timed::Irradiance, frame, Groups::Queries);
+            recorder.run(&self.judge, Timed::Refine, frame, Groups::Tiles(level));
+        }
+    }
+}

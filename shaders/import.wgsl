@@ -1,0 +1,29 @@
+// Takes a G-buffer over that the caller has drawn.
+
+// Whether depths are given instead of points.
+override DEPTH: bool = false;
+
+@compute @workgroup_size(8, 8)
+fn take(@builtin(global_invocation_id) at: vec3<u32>) {
+    if at.x >= frame.width || at.y >= frame.height {
+        return;
+    }
+    let pixel = at.y * frame.width + at.x;
+    let given = textureLoad(given_point, at.xy, 0);
+    let up = textureLoad(given_normal, at.xy, 0).xyz;
+    if all(up == vec3(0.0)) {
+        position[pixel] = vec4(0.0, 0.0, 0.0, -1.0);
+        normal[pixel] = vec4(0u, 0u, 0u, NONE);
+        return;
+    }
+    if DEPTH {
+        let d = frame.corner + frame.right * (f32(at.x) + 0.5) + frame.down * (f32(at.y) + 0.5);
+        position[pixel] = vec4(frame.eye + d * given.x, given.x);
+    } else {
+        let middle = vec2(f32(frame.width), f32(frame.height)) * 0.5;
+        let ahead = frame.corner + frame.right * middle.x + frame.down * middle.y;
+        position[pixel] = vec4(given.xyz, dot3(given.xyz - frame.eye, ahead));
+    }
+    // Triangles are not known: every pixel has a surface of its own, and these are compared by where they lie.
+    normal[pixel] = vec4(bitcast<vec3<u32>>(up), pixel);
+}

@@ -1,0 +1,44 @@
+// Asks for the masks of corners of cells that wait for them, where nobody has asked before. An invocation is a corner of the
+// level's cells, in tiles of 8 × 8.
+
+@compute @workgroup_size(8, 8)
+fn ask(
+    @builtin(global_invocation_id) at: vec3<u32>,
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let place = min(at.xy << vec2(frame.level), vec2(frame.width, frame.height) - 1u);
+    let pixel = place.y * frame.width + place.x;
+    let asks = is_wanted(at.xy) && is_receiver(pixel) && cells[pixel].slot == 0u;
+    let slot = append(lane, asks, QUERIES, frame.capacity);
+    if lane == 0u {
+        let bucket = TALLY + PER_LEVEL * BUCKETS + (workgroup.x + 7u * workgroup.y) % BUCKETS;
+        atomicAdd(&counters[bucket], appended());
+    }
+    if slot == NONE {
+        return;
+    }
+    cells[pixel].slot = 1u;
+    queries[slot] = Query(pixel, pattern_key(pixel, pixel), frame.pattern.count, pixel);
+    for (var word = 0u; word < frame.pattern.words; word++) {
+        wanted[slot * frame.pattern.words + word] = full_word(word);
+    }
+}
+
+// Whether one of the cells around a corner waits for it. Of corners that coincide at the image's border the first asks.
+fn is_wanted(corner: vec2<u32>) -> bool {
+    let size = level_size(frame.level);
+    if frame.level == 0u {
+        return all(corner < size) && waits(corner);
+    }
+    let last = vec2(frame.width, frame.height) - 1u;
+    if any(corner > size) || any((corner > vec2(0u)) & (((corner - 1u) << vec2(frame.level)) >= last)) {
+        return false;
+    }
+    let before = corner - min(corner, vec2(1u));
+    return waits(before) || waits(vec2(corner.x, before.y)) || waits(vec2(before.x, corner.y)) || waits(corner);
+}
+
+fn waits(cell: vec2<u32>) -> bool {
+    return all(cell < level_size(frame.level)) && cells[cell_index(frame.level, cell)].state == WAITING;
+}

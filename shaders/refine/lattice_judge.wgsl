@@ -1,0 +1,97 @@
+// Keeps the cells that can be interpolated over and splits the others, by their corners' visible fractions.
+
+@compute @workgroup_size(8, 8)
+fn judge(@builtin(global_invocation_id) at: vec3<u32>) {
+    if any(at.xy >= level_size(frame.level)) {
+        return;
+    }
+    let index = cell_index(frame.level, at.xy);
+    if cells[index].state != WAITING {
+        return;
+    }
+    cells[index].state = DONE;
+    if frame.level == 0u || holds(at.xy) {
+        cells[index].kept = KEPT;
+    } else {
+        mark_children(frame.level, at.xy, PENDING);
+    }
+}
+
+fn holds(cell: vec2<u32>) -> bool {
+    let corners = corners_of(frame.level, cell);
+    let found = corner_fractions(corners);
+    if breaks_inside(frame.level, cell) == STEP {
+        return holds_step(corners, found);
+    }
+    let missing = dot(vec4<u32>(found < vec4(0.0)), vec4(1u));
+    if missing == 4u {
+        return is_unlit(cell);
+    }
+    if missing > 0u {
+        return false;
+    }
+    let low = min(min(found.x, found.y), min(found.z, found.w));
+    let high = max(max(found.x, found.y), max(found.z, found.w));
+    return high - low <= frame.error || is_foretold(cell, corners, found);
+}
+
+// Whether the parent's corners had foretold this cell's.
+fn is_foretold(cell: vec2<u32>, corners: Corners, found: vec4<f32>) -> bool {
+    if frame.level >= frame.coarsest || breaks_inside(frame.level + 1u, cell / 2u) != NOTHING {
+        return false;
+    }
+    let parent = corners_of(frame.level + 1u, cell / 2u);
+    let known = corner_fractions(parent);
+    for (var number = 0u; number < 4u; number++) {
+        let expected = interpolated(parent, known, corner_at(corners, number));
+        // Without a fraction at the parent's corners there is no prediction.
+        if !expected.exists || abs(expected.value - found[number]) > frame.error {
+            return false;
+        }
+    }
+    return true;
+}
+
+// On the unlit side, if no bulge turns back to the light.
+fn is_unlit(cell: vec2<u32>) -> bool {
+    let first = cell << vec2(frame.level);
+    let last = min(first + (1u << frame.level), vec2(frame.width, frame.height));
+    for (var y = first.y; y < last.y; y++) {
+        for (var x = first.x; x < last.x; x++) {
+            if !faces_away(y * frame.width + x) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+// Whether a cell across a step can be interpolated over: corners on one surface agree, and one that is alone on its own sees
+// all of the light or nothing.
+fn holds_step(corners: Corners, found: vec4<f32>) -> bool {
+    for (var one = 0u; one < 4u; one++) {
+        let here = corner_at(corners, one);
+        if !is_receiver(pixel_of(here)) {
+            continue;
+        }
+        var alone = true;
+        for (var other = 0u; other < 4u; other++) {
+            let there = corner_at(corners, other);
+            if all(here == there) || is_parted(pixel_of(here), pixel_of(there), apart(here, there)) {
+                continue;
+            }
+            alone = false;
+            // Below 0 are those that do not exist: two of them agree, and one with none.
+            let both = found[one] >= 0.0 && found[other] >= 0.0;
+            let neither = found[one] < 0.0 && found[other] < 0.0;
+            if !(neither || (both && abs(found[one] - found[other]) <= frame.error)) {
+                return false;
+            }
+        }
+        let plain = found[one] <= 0.0 || found[one] == 1.0;
+        if alone && !(plain && frame.level == 1u) {
+            return false;
+        }
+    }
+    return true;
+}

@@ -1,0 +1,50 @@
+// What can be said about pending cells without their corners' masks.
+
+@compute @workgroup_size(8, 8)
+fn look(@builtin(global_invocation_id) at: vec3<u32>) {
+    if any(at.xy >= level_size(frame.level)) {
+        return;
+    }
+    let index = cell_index(frame.level, at.xy);
+    let state = cells[index].state;
+    if state != PENDING && !(state == 0u && frame.level == frame.coarsest) {
+        return;
+    }
+    let corners = corners_of(frame.level, at.xy);
+    let breaks_here = breaks_inside(frame.level, at.xy);
+    if breaks_here == NOTHING {
+        // Nothing parts the cell's pixels, so what one of them sees, geometry or nothing, all see.
+        cells[index].state = select(DONE, WAITING, is_receiver(pixel_of(corners.first)));
+        return;
+    }
+    if breaks_here == STEP && frame.level <= frame.step_level && serves(corners, at.xy) {
+        cells[index].state = WAITING;
+        return;
+    }
+    cells[index].state = DONE;
+    mark_children(frame.level, at.xy, PENDING);
+}
+
+// Whether every pixel of a cell that sees something has a corner on its surface.
+fn serves(corners: Corners, cell: vec2<u32>) -> bool {
+    let first = cell << vec2(frame.level);
+    let last = min(first + (1u << frame.level), vec2(frame.width, frame.height));
+    for (var y = first.y; y < last.y; y++) {
+        for (var x = first.x; x < last.x; x++) {
+            if is_receiver(pixel_of(vec2(x, y))) && !is_served(corners, vec2(x, y)) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+fn is_served(corners: Corners, at: vec2<u32>) -> bool {
+    for (var number = 0u; number < 4u; number++) {
+        let corner = corner_at(corners, number);
+        if is_level(pixel_of(at), pixel_of(corner), apart(corner, at)) {
+            return true;
+        }
+    }
+    return false;
+}

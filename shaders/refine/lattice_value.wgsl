@@ -1,0 +1,25 @@
+// Visible fractions and values of the pixels that have just been traced.
+
+// What is interpolated: 0 irradiance, 1 the visible fraction.
+override SHADING: u32 = 1u;
+
+@compute @workgroup_size(64)
+fn value(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let query = atomicLoad(&counters[FIRST]) + invocation(workgroup, workgroups, lane);
+    if query >= atomicLoad(&counters[END]) {
+        return;
+    }
+    let pixel = queries[query].pixel;
+    let fraction = query_fraction(query);
+    fractions[pixel] = select(bitcast<u32>(fraction) + 1u, 0u, fraction < 0.0);
+    var value = fraction;
+    if SHADING == 0u {
+        value = sums_sampled(query_sums(query));
+    }
+    let at = vec2(f32(pixel % frame.width), f32(pixel / frame.width)) + 0.5;
+    samples[pixel] = Sample(at, value, pixel);
+}

@@ -1,0 +1,21 @@
+// Flags rendered cells whose neighbourhood shows an illumination discontinuity.
+
+@compute @workgroup_size(64)
+fn compare(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let query = atomicLoad(&counters[FIRST]) + invocation(workgroup, workgroups, lane);
+    if query >= atomicLoad(&counters[END]) {
+        return;
+    }
+    let index = queries[query].place;
+    let cell = cell_of(index - level_first(frame.level), frame.level);
+    var changed = 0u;
+    for (var word = 0u; word < frame.pattern.words; word++) {
+        let votes = votes_around(frame.level, cell, word);
+        changed += countOneBits(votes.lit & votes.unlit & wanted[query * frame.pattern.words + word]);
+    }
+    cells[index].flag = u32(f32(changed) >= frame.enough);
+}

@@ -1,0 +1,18 @@
+// Puts the bits that were taken over into the masks that came back.
+
+@compute @workgroup_size(64)
+fn merge(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let query = atomicLoad(&counters[FIRST]) + invocation(workgroup, workgroups, lane);
+    if query >= atomicLoad(&counters[END]) {
+        return;
+    }
+    for (var word = 0u; word < frame.pattern.words; word++) {
+        let at = query * frame.pattern.words + word;
+        visible[at] = (visible[at] & wanted[at]) | reused[at].y;
+        wanted[at] |= reused[at].x;
+    }
+}

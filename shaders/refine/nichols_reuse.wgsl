@@ -1,0 +1,30 @@
+// Takes bits over on which the coarser neighbourhood agrees (Nichols10 §3.3.2): an invocation for every query of the level.
+
+@compute @workgroup_size(64)
+fn reuse(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let query = atomicLoad(&counters[FIRST]) + invocation(workgroup, workgroups, lane);
+    if query >= atomicLoad(&counters[END]) {
+        return;
+    }
+    let cell = cell_of(queries[query].place - level_first(frame.level), frame.level);
+    // A cell whose parent was not rendered knows its neighbours' masks only, which may lie on other surfaces.
+    var known_there = false;
+    if frame.level < frame.coarsest {
+        known_there = cells[cell_index(frame.level + 1u, cell / 2u)].state == RENDERED;
+    }
+    for (var word = 0u; word < frame.pattern.words; word++) {
+        let at = query * frame.pattern.words + word;
+        var known = vec2(0u);
+        if known_there {
+            let votes = votes_around(frame.level + 1u, cell / 2u, word);
+            let agreed = (votes.lit ^ votes.unlit) & wanted[at];
+            known = vec2(agreed, votes.lit & agreed);
+            wanted[at] &= ~agreed;
+        }
+        reused[at] = known;
+    }
+}

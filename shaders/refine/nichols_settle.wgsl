@@ -1,0 +1,46 @@
+// Keeps the rendered cells that are good enough and passes the children of the others on.
+
+// Refine the neighbours of refined cells too, diagonal ones included.
+override DIAGONAL: bool = false;
+
+@compute @workgroup_size(64)
+fn settle(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let query = atomicLoad(&counters[FIRST]) + invocation(workgroup, workgroups, lane);
+    if query >= atomicLoad(&counters[END]) {
+        return;
+    }
+    let index = queries[query].place;
+    let cell = cell_of(index - level_first(frame.level), frame.level);
+    if frame.level > 0u {
+        let flagged = is_flagged(cell, index);
+        let broken =
+            pyramid_depth(index) > frame.depth_break || pyramid_curvature(index) > frame.curvature_break;
+        if flagged || broken {
+            mark_children(frame.level, cell, select(PENDING, FORCED, flagged));
+            queries[query].place = NONE;
+            return;
+        }
+    }
+    cells[index].kept = KEPT;
+}
+
+fn is_flagged(cell: vec2<u32>, index: u32) -> bool {
+    if !DIAGONAL {
+        return cells[index].flag != 0u;
+    }
+    let low = cell - min(cell, vec2(1u));
+    let high = min(cell + 2u, level_size(frame.level));
+    for (var y = low.y; y < high.y; y++) {
+        for (var x = low.x; x < high.x; x++) {
+            let other = cells[cell_index(frame.level, vec2(x, y))];
+            if other.state == RENDERED && other.flag != 0u {
+                return true;
+            }
+        }
+    }
+    return false;
+}

@@ -1,0 +1,24 @@
+// Full masks of single pixels: level-0 cells, and further samples of larger ones. In tiles of 8 × 8.
+
+@compute @workgroup_size(8, 8)
+fn finals(@builtin(global_invocation_id) at: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let pixel = at.y * frame.width + at.x;
+    var asks = false;
+    if at.x < frame.width && at.y < frame.height {
+        let state = cells[pixel].state;
+        asks = is_receiver(pixel) && (state == PENDING || state == FURTHER);
+        if asks && state == PENDING {
+            cells[pixel].kept = KEPT;
+            asks = !faces_away(pixel);
+        }
+        samples[pixel] = unlit(pixel);
+    }
+    let slot = append(lane, asks, QUERIES, frame.capacity);
+    if slot == NONE {
+        return;
+    }
+    queries[slot] = Query(pixel, pattern_key(pixel, pixel), frame.pattern.count, pixel);
+    for (var word = 0u; word < frame.pattern.words; word++) {
+        wanted[slot * frame.pattern.words + word] = full_word(word);
+    }
+}

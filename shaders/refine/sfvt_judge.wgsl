@@ -1,0 +1,131 @@
+// Judges tested cells by their masks: keeps, blackens or splits (Koa17 §3.3.4–3.3.6, §3.4).
+
+// Write 0 where no sub-fragment sees any light.
+override DARK_CULLING: bool = true;
+// Add three level-0 samples to every stable cell above level 2.
+override FURTHER_SAMPLES: bool = true;
+
+// What the masks of one quadrant say about 32 samples.
+struct Seen {
+    known: u32,
+    visible: u32,
+}
+
+// Quadrants around the ring, as indices of rows of two.
+const RING: array<u32, 4> = array(0u, 1u, 3u, 2u);
+
+@compute @workgroup_size(64)
+fn judge(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let first = invocation(workgroup, workgroups, lane) * frame.slots;
+    if first >= atomicLoad(&counters[END]) {
+        return;
+    }
+    let index = queries[first].place;
+    let cell = cell_of(index - level_first(frame.level), frame.level);
+    var ring = RING;
+    var differing = 0u;
+    var any_visible = 0u;
+    var gradient = array<u32, 4>();
+    for (var word = 0u; word < frame.pattern.words; word++) {
+        var quadrants = array<Seen, 4>();
+        for (var part = 0u; part < frame.slots; part++) {
+            let at = (first + part) * frame.pattern.words + word;
+            let quadrant = part * 4u / frame.slots;
+            quadrants[quadrant].known |= wanted[at];
+            quadrants[quadrant].visible |= visible[at] & wanted[at];
+        }
+        var lit = 0u;
+        var unlit_too = 0u;
+        for (var quadrant = 0u; quadrant < 4u; quadrant++) {
+            lit |= quadrants[quadrant].visible;
+            unlit_too |= quadrants[quadrant].known & ~quadrants[quadrant].visible;
+        }
+        any_visible |= lit;
+        // The OR of all six pairwise XORs (Eq. 1), over bits that both sides know.
+        differing += countOneBits(lit & unlit_too);
+        for (var edge = 0u; edge < 4u; edge++) {
+            let a = quadrants[ring[edge]];
+            let b = quadrants[ring[(edge + 1u) % 4u]];
+            gradient[edge] += countOneBits((a.visible ^ b.visible) & a.known & b.known);
+        }
+    }
+    let dark = any_visible == 0u && DARK_CULLING;
+    if dark || differing <= frame.split_above {
+        keep(first, index, cell, dark);
+        return;
+    }
+    queries[first].place = NONE;
+    var deep = 0u;
+    for (var edge = 0u; edge < 4u; edge++) {
+        if gradient[edge] > frame.gradient_above {
+            deep |= (1u << ring[edge]) | (1u << ring[(edge + 1u) % 4u]);
+        }
+    }
+    split(cell, deep);
+}
+
+fn split(cell: vec2<u32>, deep: u32) {
+    let level = frame.level;
+    for (var quadrant = 0u; quadrant < 4u; quadrant++) {
+        let child = 2u * cell + vec2(quadrant & 1u, quadrant >> 1u);
+        if any(child >= level_size(level - 1u)) {
+            continue;
+        }
+        if ((deep >> quadrant) & 1u) != 0u && level >= 2u {
+            mark_children(level - 1u, child, PENDING);
+        } else {
+            cells[cell_index(level - 1u, child)].state = PENDING;
+        }
+    }
+}
+
+fn keep(first: u32, index: u32, cell: vec2<u32>, dark: bool) {
+    samples[index] = centre_sample(first);
+    let further = !dark && FURTHER_SAMPLES && frame.level > 2u;
+    cells[index].kept = select(KEPT, KEPT_MORE, further);
+    if !further {
+        return;
+    }
+    let corner = cell << vec2(frame.level);
+    let half = 1u << (frame.level - 1u);
+    for (var sample = 0u; sample < 3u; sample++) {
+        let at = corner + half * vec2(sample & 1u, sample >> 1u);
+        if at.x < frame.width && at.y < frame.height {
+            cells[at.y * frame.width + at.x].state = FURTHER;
+        }
+    }
+}
+
+// The sample of a whole cell: at the mean of the pixels that its rays started from; the nearest of these stands for it.
+fn centre_sample(first: u32) -> Sample {
+    var at = vec2(0.0);
+    var found = 0.0;
+    for (var part = 0u; part < frame.slots; part++) {
+        let query = queries[first + part];
+        if query.asked > 0u {
+            at += pixel_middle(query.pixel);
+            found += 1.0;
+        }
+    }
+    at = select(vec2(0.5), at / found, found > 0.0);
+    var pixel = 0u;
+    var nearest = 3e38;
+    for (var part = 0u; part < frame.slots; part++) {
+        let query = queries[first + part];
+        let off = pixel_middle(query.pixel) - at;
+        let distance = off.x * off.x + off.y * off.y;
+        if query.asked > 0u && distance < nearest {
+            pixel = query.pixel;
+            nearest = distance;
+        }
+    }
+    return Sample(at, NO_VALUE, pixel);
+}
+
+fn pixel_middle(pixel: u32) -> vec2<f32> {
+    return vec2(f32(pixel % frame.width), f32(pixel / frame.width)) + 0.5;
+}

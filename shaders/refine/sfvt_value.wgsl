@@ -1,0 +1,30 @@
+// Values of the cells that were kept, from all their queries.
+
+// What is interpolated: 0 irradiance, 1 the visible fraction.
+override SHADING: u32 = 1u;
+
+@compute @workgroup_size(64)
+fn value(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let first = invocation(workgroup, workgroups, lane) * frame.slots;
+    if first >= atomicLoad(&counters[END]) {
+        return;
+    }
+    let place = queries[first].place;
+    if place == NONE {
+        return;
+    }
+    var all = Sums(0.0, 0.0, 0u);
+    for (var part = 0u; part < frame.slots; part++) {
+        let sums = query_sums(first + part);
+        all = Sums(all.visible + sums.visible, all.all + sums.all, all.count + sums.count);
+    }
+    if SHADING == 0u {
+        samples[place].value = sums_sampled(all);
+    } else {
+        samples[place].value = sums_fraction(all);
+    }
+}

@@ -1,0 +1,15 @@
+// Visible fractions of pixels: their bits plus one, or 0 where there is none or nobody has asked. Below 0 stands for none.
+
+fn fraction_at(pixel: u32) -> f32 {
+    let bits = fractions[pixel];
+    return select(bitcast<f32>(max(bits, 1u) - 1u), -1.0, bits == 0u);
+}
+
+fn corner_fractions(corners: Corners) -> vec4<f32> {
+    return vec4(
+        fraction_at(pixel_of(corner_at(corners, 0u))),
+        fraction_at(pixel_of(corner_at(corners, 1u))),
+        fraction_at(pixel_of(corner_at(corners, 2u))),
+        fraction_at(pixel_of(corner_at(corners, 3u))),
+    );
+}

@@ -1,0 +1,32 @@
+// Masks that ask.
+
+// A word of a mask that has all samples.
+fn full_word(word: u32) -> u32 {
+    let left = frame.pattern.count - min(word * 32u, frame.pattern.count);
+    if left >= 32u {
+        return NONE;
+    }
+    return (1u << left) - 1u;
+}
+
+// Which of four receivers traces a sample when they share a pattern: every other column of every other row.
+fn quarter(index: u32) -> u32 {
+    let column = index % frame.pattern.columns;
+    let row = index / frame.pattern.columns;
+    if frame.pattern.columns > 1u && frame.pattern.rows > 1u {
+        return (column & 1u) | ((row & 1u) << 1u);
+    }
+    return index & 3u;
+}
+
+// A word of the mask that has one receiver's share.
+fn share_word(word: u32, part: u32) -> u32 {
+    var mask = 0u;
+    let last = min(word * 32u + 32u, frame.pattern.count);
+    for (var index = word * 32u; index < last; index++) {
+        if quarter(index) == part {
+            mask |= 1u << (index & 31u);
+        }
+    }
+    return mask;
+}

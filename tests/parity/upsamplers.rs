@@ -1,0 +1,96 @@
+//! One value a pixel from the same samples.
+
+use halflight::config::{Named as _, PipelineConfig, RefinerConfig, UpsamplerConfig};
+use halflight::frame::Frame;
+use halflight::irradiance::Shading;
+use halflight::pyramid::Pyramid;
+use halflight::refine::{LatticeConfig, NicholsConfig, SfvtGassConfig};
+use halflight_gpu::Inside;
+
+use crate::device::Bench;
+use crate::scenes::{SCENES, Twins, full, values};
+
+/// The CPU's plane for the fragments of its last frame.
+fn cpu_plane(twins: &Twins, config: &PipelineConfig) -> Vec<f32> {
+    let gbuffer = twins.cpu.gbuffer();
+    let frame = Frame {
+        scene: &twins.stage.scene,
+        gbuffer,
+        pyramid: &Pyramid::default(),
+        pattern: config.sampling.pattern().unwrap(),
+        sharing: config.sampling.sharing,
+        index: 0,
+        seed: config.seed,
+    };
+    let mut plane = vec![0.0; gbuffer.pixels()];
+    let values = values(twins, config.shading);
+    config.upsampler.stage().upsample(&frame, twins.cpu.fragments(), &values, &mut plane);
+    plane
+}
+
+/// Pixels whose light differs by more than a share of the most that any of them gets, and the largest such share.
+///
+/// Values of pixels that next to no light reaches are weighed accordingly: where no light sample is above the horizon any value
+/// will do.
+fn differing(bench: &Bench, twins: &Twins, config: &PipelineConfig, tolerance: f32) -> (usize, f32) {
+    let expected = cpu_plane(twins, config);
+    let found: Vec<f32> = bench.read(twins.gpu.inside(Inside::Plane));
+    let light = &twins.stage.scene.lights[0];
+    let lit = |pixel: usize| match (config.shading, twins.cpu.gbuffer().receiver(pixel)) {
+        (Shading::Ratio, Some(r)) => halflight::unshadowed::unshadowed(light, r.origin, r.normal),
+        _ => 1.0,
+    };
+    let weights: Vec<f32> = (0..expected.len()).map(lit).collect();
+    let most = weights.iter().zip(&expected).map(|(weight, value)| weight * value).fold(0.0, f32::max);
+    let off = weights.iter().zip(expected.iter().zip(&found)).map(|(w, (a, b))| w * (a - b).abs() / most);
+    let off: Vec<f32> = off.collect();
+    (off.iter().filter(|&&off| off > tolerance).count(), off.iter().copied().fold(0.0, f32::max))
+}
+
+#[test]
+fn planes_are_equal() {
+    let Some(bench) = Bench::open() else { return };
+    // With the share of the most light that values may be off by. Bilinear weights are short. Agreements at the limits of a
+    // surface make much of rounding. Exponentials are good to a few units in the last place, and the papers' matrices are
+    // used down to determinants of 1e-6, which wide variances come near.
+    let upsamplers = [
+        (UpsamplerConfig::Bilinear, 1e-6),
+        (UpsamplerConfig::RbfFixed, 1e-3),
+        (UpsamplerConfig::RbfAdaptive, 1e-2),
+        (UpsamplerConfig::RbfRobust, 1e-3),
+    ];
+    for scene in SCENES {
+        for refiner in [
+            RefinerConfig::Nichols(NicholsConfig::default()),
+            RefinerConfig::SfvtGass(SfvtGassConfig::default()),
+        ] {
+            for (upsampler, tolerance) in upsamplers {
+                let config = PipelineConfig { refiner, upsampler, ..full(110, 83, Shading::Ratio) };
+                let twins = Twins::render(&bench, scene, &config, true);
+                let (count, worst) = differing(&bench, &twins, &config, tolerance);
+                // Rays within rounding of an edge (see `masks`) may change a cell or two.
+                assert!(
+                    count * 500 <= 110 * 83,
+                    "{scene} {} {upsampler:?}: {count}, {worst:e}",
+                    refiner.name()
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_lattice_interpolates_as_on_the_cpu() {
+    let Some(bench) = Bench::open() else { return };
+    for scene in SCENES {
+        for shading in [Shading::Ratio, Shading::Sampled] {
+            let refiner = RefinerConfig::Lattice(LatticeConfig::default());
+            let config =
+                PipelineConfig { refiner, upsampler: UpsamplerConfig::Lattice, ..full(140, 100, shading) };
+            let twins = Twins::render(&bench, scene, &config, true);
+            let (count, worst) = differing(&bench, &twins, &config, 1e-4);
+            // The analytic irradiance that values are weighed with differs by as much (see `whole`).
+            assert!(count * 500 <= 140 * 100, "{scene} {shading:?}: {count}, {worst:e}");
+        }
+    }
+}
