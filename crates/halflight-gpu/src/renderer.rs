@@ -116,7 +116,8 @@ impl Renderer {
         config: &PipelineConfig,
     ) -> Result<Self, GpuError> {
         let visibility = match config.visibility {
-            VisibilityConfig::Bvh => None,
+            // Exact backends agree, so that the choice between them is free: here there is one.
+            VisibilityConfig::Bvh | VisibilityConfig::Auto => None,
             _ => {
                 let (stage, reason) = ("this visibility backend", "only `bvh` does so far");
                 return Err(GpuError::Unsupported { stage, reason });
