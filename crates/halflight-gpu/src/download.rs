@@ -1,0 +1,64 @@
+//! Whole frames for programs that wait for them: rendered, and read back as the CPU's.
+
+use std::sync::mpsc;
+
+use glam::Vec3;
+use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
+use halflight_cpu::pipeline::Image;
+
+use crate::{Gpu, GpuError, GpuStats, Inputs, Inside, Renderer};
+
+impl Gpu {
+    /// Renders a frame and waits for it and its statistics.
+    ///
+    /// # Errors
+    /// The frame cannot be recorded, or the device is lost.
+    pub fn render(&self, renderer: &mut Renderer, inputs: &Inputs) -> Result<GpuStats, GpuError> {
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        renderer.record(&mut encoder, inputs)?;
+        let pending = renderer.read_stats(&mut encoder);
+        self.queue.submit([encoder.finish()]);
+        let failed = |error: &dyn std::fmt::Display| GpuError::Readback(error.to_string());
+        let (send, receive) = mpsc::channel();
+        pending.read(move |stats| {
+            // The other end waits below.
+            let _ = send.send(stats);
+        });
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| failed(&error))?;
+        receive.try_recv().map_err(|error| failed(&error))?
+    }
+
+    /// Reads the last frame back: the image, with levels but without its statistics and the visible part, and the G-buffer.
+    ///
+    /// # Errors
+    /// The device is lost or out of memory.
+    pub fn download(&self, renderer: &Renderer) -> Result<(Image, GBuffer), GpuError> {
+        let (width, height) = renderer.size();
+        let irradiance: Vec<[f32; 4]> = self.read(renderer.image())?;
+        let position: Vec<[f32; 4]> = self.read(renderer.position())?;
+        let normal: Vec<[u32; 4]> = self.read(renderer.normal())?;
+        let albedo: Vec<[f32; 4]> = self.read(renderer.albedo())?;
+        let level: Vec<u32> = self.read(renderer.inside(Inside::Owners))?;
+        let xyz = |[x, y, z, _]: [f32; 4]| Vec3::new(x, y, z);
+        let image = Image {
+            width,
+            height,
+            irradiance: irradiance.into_iter().map(xyz).collect(),
+            level: level.into_iter().map(|level| level.min(u8::MAX.into()) as u8).collect(),
+            ..Image::default()
+        };
+        let mut gbuffer = GBuffer::default();
+        gbuffer.reset(width, height);
+        gbuffer.scene_size = renderer.scene_size();
+        for (pixel, (position, [x, y, z, primitive])) in position.into_iter().zip(normal).enumerate() {
+            gbuffer.primitive[pixel] = primitive;
+            if primitive != NO_PRIMITIVE {
+                gbuffer.position[pixel] = xyz(position);
+                gbuffer.depth[pixel] = position[3];
+                gbuffer.normal[pixel] = Vec3::new(f32::from_bits(x), f32::from_bits(y), f32::from_bits(z));
+                gbuffer.albedo[pixel] = xyz(albedo[pixel]);
+            }
+        }
+        Ok((image, gbuffer))
+    }
+}
