@@ -185,11 +185,18 @@ impl Summary {
         table
     }
 
+    /// Whether all scenes can tell: means over fewer of them are no points of the same line.
+    fn is_told_everywhere(&self, target: usize) -> bool {
+        self.families.iter().all(|family| !family.times[target].contains(&Reached::Untold))
+    }
+
     /// Mean time against target, for the families that are the fastest of their refiner and backend at some target. Shape
-    /// by refiner, colour by line.
+    /// by refiner, colour by line. Targets are left out for which some scene's reference is too noisy.
     pub fn chart(&self) -> Chart {
+        let told: Vec<usize> =
+            (0..self.targets.len()).filter(|&target| self.is_told_everywhere(target)).collect();
         let mut best: Vec<&Family> = Vec::new();
-        for target in 0..self.targets.len() {
+        for &target in &told {
             let mut seen: Vec<[&str; 2]> = Vec::new();
             for family in self.ranking(target).into_iter().filter(|family| family.mean(target).is_some()) {
                 let group = [family.refiner.as_str(), family.visibility.as_str()];
@@ -208,10 +215,11 @@ impl Summary {
                 rgb: chart::COLORS[index % chart::COLORS.len()],
                 filled: family.shading == "ratio",
             };
-            let point = |(target, &y): (usize, &f64)| {
-                Some(Point { x: family.mean(target)?, y, name: family.label(), note: None })
+            let point = |&target: &usize| {
+                let (x, y) = (family.mean(target)?, self.targets[target]);
+                Some(Point { x, y, name: family.label(), note: None })
             };
-            let points = self.targets.iter().enumerate().filter_map(point).collect();
+            let points = told.iter().filter_map(point).collect();
             entries.push((mark, family.label()));
             series.push(Series { mark, points, connected: true });
         }
@@ -297,6 +305,8 @@ mod tests {
         rows.iter_mut().filter(|row| row.setting == "tree").for_each(|row| row.record.reference_noise = 3e-4);
         let summary = summary(&rows, &[1e-3]);
         assert_eq!(summary.families[1].times, [[Reached::In(5.0), Reached::Untold]]);
+        // A mean over other scenes is no point of the line.
+        assert!(summary.chart().series.is_empty());
         // exp(ln 5), rounded.
         assert!((summary.families[1].mean(0).unwrap() - 5.0).abs() < 1e-12);
     }
