@@ -30,9 +30,10 @@ Examples:
   halflight render nave --upsampler delaunay --png nave.png --fragment-map fragments.png
   halflight render atrium --refiner full --samples 256 --shading sampled --out truth.exr
   halflight render atrium --visibility voxel --refiner full --failure-map failures.png
-  halflight render atrium --set refiner.coarse_threshold=4 --set sampling.kind=grid
+  halflight render atrium --refiner sfvt-gass --set refiner.coarse_threshold=4 --set sampling.kind=grid
   halflight render --refiner nichols --print-config > nichols.toml    every constant, to edit
   halflight render atrium --config nichols.toml
+  halflight render atrium --device gpu --refiner full --samples 64
   halflight render nave --frames 96 --fps 12 --png out/nave.png       out/nave-0000.png to out/nave-0095.png
   halflight render nave --frames 40..48 --out nave.exr --stats nave.json";
 
@@ -69,6 +70,9 @@ Examples:
         shell: clap_complete::Shell,
     },
 }
+
+/// What there is to render with.
+const DEVICES: &[&str] = if cfg!(feature = "gpu") { &["cpu", "gpu"] } else { &["cpu"] };
 
 #[derive(Debug, Args)]
 pub(crate) struct SceneArg {
@@ -133,8 +137,12 @@ pub(crate) struct Choices {
     /// Size in pixels [default: 640x480].
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<(u32, u32)>,
+    /// What renders: the processor, or the fastest graphics device with a driver for Vulkan, Direct3D 12 or Metal, which has
+    /// no error targets, proofs and triangulation.
+    #[arg(long, default_value = "cpu", value_parser = PossibleValuesParser::new(DEVICES))]
+    pub(crate) device: String,
     /// NMSE₂ to come down to: the lattice with as many light samples and as fine cells as that takes. What is to be expected
-    /// is among the statistics [default: 1e-4, unless stages, samples or a configuration are chosen].
+    /// is among the statistics [default: 1e-4, unless a device, stages, samples or a configuration are chosen].
     #[arg(long, value_name = "NMSE2", value_parser = target, conflicts_with_all = ["refiner", "upsampler", "shading", "samples"])]
     pub(crate) error: Option<f32>,
     /// Interpolate only where it is proved that no thin shadow is missed. The lattice with a backend that proves things:

@@ -12,7 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::Outcome;
-use crate::render::Job;
+use crate::render::{Frame, Job};
 use crate::scene::Ready;
 use crate::terminal::{message, say};
 
@@ -89,5 +89,5 @@ fn render(
         "frame {frame}, {time_s:.3} s: {:.1} ms, {} fragments, {} rays; moved in {:.1} ms",
         stats.total_ms, stats.fragments.total, stats.rays.total, moment.move_ms
     ));
-    job.write(pipeline, &scene, &bvh, Some(moment))
+    job.write(&Frame::of(pipeline), &scene, &bvh, Some(moment))
 }

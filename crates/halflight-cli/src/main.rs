@@ -5,6 +5,8 @@ mod compare;
 mod config;
 mod failure;
 mod frames;
+#[cfg(feature = "gpu")]
+mod gpu;
 mod info;
 mod reference;
 mod render;

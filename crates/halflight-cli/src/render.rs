@@ -4,6 +4,8 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use halflight_core::fragment::Fragments;
+use halflight_core::gbuffer::GBuffer;
 use halflight_core::glam::Vec3;
 use halflight_core::scene::Scene;
 use halflight_core::stats::{
@@ -11,7 +13,7 @@ use halflight_core::stats::{
 };
 use halflight_cpu::bvh::Bvh;
 use halflight_cpu::config::{Named, PipelineConfig};
-use halflight_cpu::pipeline::Pipeline;
+use halflight_cpu::pipeline::{Image, Pipeline};
 use halflight_cpu::voxel::VoxelConfig;
 use halflight_lab::exr_file::{ExrFile, RGB};
 use halflight_lab::failure::failures;
@@ -25,6 +27,8 @@ use crate::args::Render;
 use crate::config::configure;
 use crate::failure::{self, VoxelFailures};
 use crate::frames::{self, Moment};
+#[cfg(feature = "gpu")]
+use crate::gpu;
 use crate::scene;
 use crate::terminal::{print, say};
 
@@ -48,6 +52,31 @@ struct Stats<'a> {
     peak_bytes: u64,
 }
 
+/// A frame to be written.
+#[derive(Clone, Copy)]
+pub(crate) struct Frame<'a> {
+    image: &'a Image,
+    gbuffer: &'a GBuffer,
+    /// None from a graphics device.
+    fragments: Option<&'a Fragments>,
+}
+
+impl<'a> Frame<'a> {
+    /// The last one of a pipeline.
+    pub(crate) fn of(pipeline: &'a Pipeline) -> Self {
+        Self { image: pipeline.image(), gbuffer: pipeline.gbuffer(), fragments: Some(pipeline.fragments()) }
+    }
+}
+
+/// A frame from a graphics device.
+#[cfg(feature = "gpu")]
+pub(crate) struct Rendered {
+    pub(crate) image: Image,
+    pub(crate) gbuffer: GBuffer,
+    /// The device's name.
+    pub(crate) device: String,
+}
+
 /// What is rendered, how and where to.
 pub(crate) struct Job<'a> {
     pub(crate) args: &'a Render,
@@ -69,9 +98,20 @@ pub(crate) fn run(args: &Render) -> Outcome {
     let voxels = args.failure_map.as_ref().map(|_| failure::voxels(&config)).transpose()?;
     args.files().into_iter().flatten().try_for_each(|path| scene::check_folder(path))?;
     scene::use_threads(args.threads)?;
+    if args.choices.device != "cpu" && (args.frames.is_some() || args.failure_map.is_some()) {
+        return Err("--frames and --failure-map are for the processor: leave out --device".into());
+    }
     let ready = scene::load(name)?;
     let build_ms = ready.bvh.build_time().as_secs_f64() * 1e3;
     let job = Job { args, name, config, voxels, build_ms };
+    #[cfg(feature = "gpu")]
+    if args.choices.device == "gpu" {
+        let rendered = gpu::render(&ready.scene, &config)?;
+        let Rendered { image, gbuffer, device } = &rendered;
+        say(&summary(&format!("{name} on {device}"), &config, &image.stats, build_ms));
+        let frame = Frame { image, gbuffer, fragments: None };
+        return job.finish(&frame, &ready);
+    }
     let builder = config.builder(Arc::clone(&ready.scene), Arc::clone(&ready.bvh));
     let mut pipeline = builder.layers(args.out.is_some()).build()?;
     if let Some(frames) = &args.frames {
@@ -79,43 +119,52 @@ pub(crate) fn run(args: &Render) -> Outcome {
     }
     pipeline.render()?;
     say(&summary(name, &config, &pipeline.image().stats, build_ms));
-    let files = job.write(&pipeline, &ready.scene, &ready.bvh, None)?;
-    files.iter().for_each(|path| say(&format!("wrote {}", path.display())));
-    Ok(())
+    job.finish(&Frame::of(&pipeline), &ready)
 }
 
 impl Job<'_> {
-    /// Writes the last frame, `moment` of an animation, to all files that are asked for, and returns their names.
+    /// Writes a scene's only frame and says where to.
+    fn finish(&self, frame: &Frame, ready: &scene::Ready) -> Outcome {
+        let files = self.write(frame, &ready.scene, &ready.bvh, None)?;
+        files.iter().for_each(|path| say(&format!("wrote {}", path.display())));
+        Ok(())
+    }
+
+    /// Writes a frame, `moment` of an animation, to all files that are asked for, and returns their names.
     pub(crate) fn write(
         &self,
-        pipeline: &Pipeline,
+        frame: &Frame,
         scene: &Scene,
         bvh: &Arc<Bvh>,
         moment: Option<Moment>,
     ) -> Result<Vec<PathBuf>, Box<dyn std::error::Error>> {
         let (args, config) = (self.args, &self.config);
+        let Frame { image, gbuffer, fragments } = *frame;
         let file = |path: &PathBuf| moment.map_or_else(|| path.clone(), |moment| moment.file(path));
         let silent = args.files().iter().all(Option::is_none);
         let default_png = silent.then(|| PathBuf::from(format!("{}.png", scene::stem(self.name))));
         let mut written = Vec::new();
         if let Some(path) = args.out.as_ref().map(file) {
-            layers(pipeline, self.name, config, moment)?.write(&path)?;
+            layers(frame, self.name, config, moment)?.write(&path)?;
             written.push(path);
         }
         let (width, height) = (config.width, config.height);
         if let Some(path) = args.png.as_ref().or(default_png.as_ref()).map(file) {
-            let rgb = picture::image(&pipeline.image().irradiance, &pipeline.gbuffer().albedo, args.exposure);
+            let rgb = picture::image(&image.irradiance, &gbuffer.albedo, args.exposure);
             write_png(&path, width, height, &rgb)?;
             written.push(path);
         }
         if let Some(path) = args.fragment_map.as_ref().map(file) {
-            let rgb = picture::fragment_map(pipeline.fragments(), pipeline.gbuffer());
+            let rgb = match fragments {
+                Some(fragments) => picture::fragment_map(fragments, gbuffer),
+                None => picture::level_map(&image.level, gbuffer),
+            };
             write_png(&path, width, height, &rgb)?;
             written.push(path);
         }
         let mut voxel_failures = None;
         if let (Some(path), Some(voxels)) = (args.failure_map.as_ref().map(file), self.voxels) {
-            let found = failures(scene, bvh, pipeline.gbuffer(), voxels, config.sampling, config.seed)?;
+            let found = failures(scene, bvh, gbuffer, voxels, config.sampling, config.seed)?;
             let failures = VoxelFailures::new(&found);
             say(&failures.line());
             write_png(&path, width, height, &found.image)?;
@@ -132,7 +181,7 @@ impl Job<'_> {
                 stages_ms,
                 total_ms,
                 peak_bytes,
-            } = &pipeline.image().stats;
+            } = &image.stats;
             let stats = Stats {
                 config,
                 moment,
@@ -157,12 +206,12 @@ impl Job<'_> {
 
 /// The frame with all its layers.
 fn layers(
-    pipeline: &Pipeline,
+    frame: &Frame,
     scene: &str,
     config: &PipelineConfig,
     moment: Option<Moment>,
 ) -> serde_json::Result<ExrFile> {
-    let (image, gbuffer) = (pipeline.image(), pipeline.gbuffer());
+    let Frame { image, gbuffer, .. } = *frame;
     // By way of text, which has 0.05 where the nearest f64 of an f32 is 0.05000000074505806.
     let config: Value = serde_json::from_str(&serde_json::to_string(config)?)?;
     let mut metadata = json!({
@@ -176,8 +225,11 @@ fn layers(
     }
     let mut file = ExrFile::new(image.width, image.height, metadata);
     file.add_light(&image.irradiance, &gbuffer.albedo);
-    let visibility: Vec<Vec3> = image.visibility.iter().map(|&part| Vec3::splat(part)).collect();
-    file.add_vectors("visibility", RGB, &visibility);
+    // Graphics devices keep no visible part.
+    if !image.visibility.is_empty() {
+        let visibility: Vec<Vec3> = image.visibility.iter().map(|&part| Vec3::splat(part)).collect();
+        file.add_vectors("visibility", RGB, &visibility);
+    }
     file.add_geometry(gbuffer);
     // -1 where nothing is seen, although cells may reach there.
     let level =

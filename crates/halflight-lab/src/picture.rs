@@ -59,6 +59,14 @@ pub fn fragment_map(fragments: &Fragments, gbuffer: &GBuffer) -> Vec<[u8; 3]> {
     picture
 }
 
+/// The same of levels alone, one a pixel, without edges.
+pub fn level_map(levels: &[u8], gbuffer: &GBuffer) -> Vec<[u8; 3]> {
+    let colour = |(pixel, &level): (usize, &u8)| {
+        if gbuffer.is_receiver(pixel) { LEVELS[usize::from(level).min(LEVELS.len() - 1)] } else { NOTHING }
+    };
+    levels.iter().enumerate().map(colour).collect()
+}
+
 /// Where the error lies: |luminance difference| over the reference's peak, from black to pale yellow at `scale`
 /// ([`ERROR_SCALE`] for maps that are to be compared); masked pixels are grey.
 ///

@@ -10,5 +10,7 @@ pub use halflight_cpu as cpu;
 pub use halflight_cpu::{
     beam, bvh, config, irradiance, pipeline, raster4d, refine, unshadowed, upsample, voxel,
 };
+#[cfg(feature = "gpu")]
+pub use halflight_gpu as gpu;
 pub use halflight_metrics as metrics;
 pub use halflight_scene as scene_file;

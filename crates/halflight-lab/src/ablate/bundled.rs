@@ -10,6 +10,7 @@ macro_rules! experiments {
 pub const EXPERIMENTS: &[(&str, &str)] = experiments![
     "default",
     "flicker",
+    "gpu",
     "koa-fig15",
     "koa-fig16",
     "koa-fig17",
@@ -62,6 +63,7 @@ mod tests {
         let expected = [
             ("default", 3, 2 * 5 * 2 + 6),
             ("flicker", 3, 2 + 2 * 5 * 2 + 4 + 3),
+            ("gpu", 2 * 2, 4 * 2 + 2 + 2 * 4 * 2 + 1 + 2),
             ("koa-fig15", 1, 2 + 2),
             ("koa-fig16", 2, 2 + 2),
             ("koa-fig17", 7, 3 + 3),

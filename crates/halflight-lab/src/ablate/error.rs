@@ -41,6 +41,19 @@ pub enum AblateError {
     /// An option that says nothing about what is run.
     #[error("{0}")]
     Option(&'static str),
+    /// The graphics device cannot be used.
+    #[cfg(feature = "gpu")]
+    #[error(transparent)]
+    Gpu(#[from] halflight_gpu::GpuError),
+    /// A frame is not whole.
+    #[cfg(feature = "gpu")]
+    #[error("{row}: {count} queries did not fit into the device's buffers")]
+    Lost {
+        /// The row.
+        row: String,
+        /// How many.
+        count: u64,
+    },
     /// Pictures that are none.
     #[error("{count} pictures are not finite, negative, or not there at all; the first: {first}")]
     Unsound {

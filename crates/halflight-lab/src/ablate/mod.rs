@@ -8,6 +8,7 @@ pub mod bars;
 pub mod bundled;
 pub mod chart;
 pub mod constants;
+pub mod device;
 mod draw;
 mod drawing;
 pub mod equal_error;

@@ -14,20 +14,29 @@ pub struct Provenance {
     pub machine: String,
     /// Worker threads.
     pub threads: usize,
+    /// What renders: `cpu`, or `gpu` with the adapter's name.
+    #[serde(default = "cpu")]
+    pub device: String,
     /// Hash of the program's file, so that rows of another build are not mixed with this one's.
     pub program: u64,
 }
 
 impl Provenance {
-    /// That of the running program.
-    pub fn of_this_run() -> Self {
+    /// That of the running program, which renders on a device of this name.
+    pub fn of_this_run(device: String) -> Self {
         Self {
+            device,
             commit: commit(),
             machine: machine(),
             threads: rayon::current_num_threads(),
             program: program().unwrap_or_default(),
         }
     }
+}
+
+/// The device of rows that say nothing of it.
+pub(crate) fn cpu() -> String {
+    "cpu".to_string()
 }
 
 fn commit() -> String {
@@ -72,7 +81,7 @@ mod tests {
 
     #[test]
     fn it_names_commit_and_machine_without_paths() {
-        let provenance = Provenance::of_this_run();
+        let provenance = Provenance::of_this_run(cpu());
         assert!(!provenance.commit.is_empty() && !provenance.commit.contains(char::is_whitespace));
         assert!(provenance.machine.contains("cores") && !provenance.machine.contains('/'));
         assert_ne!(provenance.program, 0);

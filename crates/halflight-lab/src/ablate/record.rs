@@ -54,6 +54,9 @@ pub struct Record {
     pub light_scale: f32,
     /// Seed.
     pub seed: u32,
+    /// What rendered it: `cpu`, or `gpu` with the adapter's name.
+    #[serde(default = "super::provenance::cpu")]
+    pub device: String,
     /// Worker threads.
     pub threads: usize,
     /// Fragments.
@@ -262,6 +265,7 @@ impl Measured<'_> {
             sharing: word(config.sampling.sharing),
             light_scale: self.setting.light_scale,
             seed: config.seed,
+            device: self.provenance.device.clone(),
             threads: self.provenance.threads,
             fragments: stats.fragments.total,
             rays: stats.rays.total,
@@ -384,6 +388,7 @@ pub(crate) mod tests {
                 sharing: "fragment".to_string(),
                 light_scale: 1.0,
                 seed: 0,
+                device: "cpu".to_string(),
                 threads: 2,
                 fragments: 100,
                 rays: (time * 1e3) as u64,
@@ -457,7 +462,7 @@ pub(crate) mod tests {
         assert_eq!(
             header,
             "experiment,scene,triangles,width,height,refiner,parameters,visibility,upsampler,shading,samples,\
-             pattern,sharing,light_scale,seed,threads,fragments,rays,rays_refine,rays_final,rays_skipped,\
+             pattern,sharing,light_scale,seed,device,threads,fragments,rays,rays_refine,rays_final,rays_skipped,\
              gbuffer_ms,pyramid_ms,refine_ms,visibility_ms,irradiance_ms,upsample_ms,compose_ms,total_ms,\
              sse,nmse,nmse2,relmse,psnr,ssim,flip,reference_noise,commit,machine,\
              prepare_ms,lit,umbra,spared,listed,walked,left_to_rays,entries,pairs,kept,relevant,unprojected,\

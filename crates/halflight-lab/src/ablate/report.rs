@@ -163,7 +163,7 @@ fn section(
 /// Title and text; a column is left out where it would be empty.
 type Column = (&'static str, fn(&Finished) -> String);
 
-const COLUMNS: [Column; 40] = [
+const COLUMNS: [Column; 41] = [
     ("refiner", |row| row.record.refiner.clone()),
     ("visibility", |row| row.record.visibility.clone()),
     ("parameters", |row| row.record.parameters.clone()),
@@ -177,6 +177,7 @@ const COLUMNS: [Column; 40] = [
     ("pyramid ms", |row| time(Some(row.record.pyramid_ms))),
     ("refine ms", |row| time(Some(row.record.refine_ms))),
     ("visibility ms", |row| time(Some(row.record.visibility_ms))),
+    ("Mrays/s", |row| per_second(row.record.rays, row.record.visibility_ms)),
     ("of it preparation", |row| time(Some(row.record.prepare_ms))),
     ("irradiance ms", |row| time(Some(row.record.irradiance_ms))),
     ("upsample ms", |row| time(Some(row.record.upsample_ms))),
@@ -208,6 +209,11 @@ const COLUMNS: [Column; 40] = [
     ("pairs kept", |row| counted(row.record.kept)),
     ("pairs relevant", |row| counted(row.record.relevant)),
 ];
+
+/// Millions a second.
+fn per_second(count: u64, ms: f64) -> String {
+    if ms > 0.0 { format!("{:.1}", count as f64 / ms * 1e-3) } else { String::new() }
+}
 
 /// A share in percent.
 fn percent(share: Option<f64>) -> String {
@@ -263,6 +269,7 @@ mod tests {
                 commit: "abc1234-dirty".to_string(),
                 machine: "a processor, 2 cores, linux".to_string(),
                 threads: 2,
+                device: "cpu".to_string(),
                 program: 0,
             },
         };

@@ -9,10 +9,10 @@ use halflight_core::scene::Scene;
 use halflight_core::stats::FrameStats;
 use halflight_cpu::config::{RefinerConfig, VisibilityConfig};
 use halflight_cpu::gbuffer;
-use halflight_cpu::pipeline::Pipeline;
 use halflight_metrics::{Comparison, Image, compare, squared_error_picture, write_png};
 use rayon::prelude::*;
 
+use super::device::{Device, Machine};
 use super::experiment::Experiment;
 use super::flicker::FrameError;
 use super::loaded::Loaded;
@@ -56,6 +56,7 @@ pub struct Outcome {
 pub fn run(
     experiment: &Experiment,
     places: &Places,
+    device: &Device,
     provenance: &Provenance,
     mut each: impl FnMut(&Outcome) -> Result<(), AblateError>,
 ) -> Result<Outcome, AblateError> {
@@ -105,7 +106,8 @@ pub fn run(
             None => vec![Vec::new(); left.len()],
         };
         let left: Vec<(&Row, Vec<FrameError>)> = left.into_iter().zip(frames).collect();
-        let bench = Bench { experiment, provenance, setting, scene: &scene, truth: &truth, folder: &folder };
+        let bench =
+            Bench { experiment, device, provenance, setting, scene: &scene, truth: &truth, folder: &folder };
         bench.run(&left, &mut state, &progress)?;
         loaded = Some((setting.scene, scene));
         each(&outcome(&settings, &rows, &state, provenance))?;
@@ -241,7 +243,7 @@ impl Truth {
 /// A pipeline on the bench.
 struct Running<'a> {
     row: &'a Row,
-    pipeline: Pipeline,
+    machine: Machine,
     times: Vec<FrameStats>,
     frames: &'a [FrameError],
 }
@@ -249,6 +251,7 @@ struct Running<'a> {
 /// Rows of one setting, side by side.
 struct Bench<'a> {
     experiment: &'a Experiment,
+    device: &'a Device,
     provenance: &'a Provenance,
     setting: &'a Setting,
     scene: &'a Loaded,
@@ -269,9 +272,12 @@ impl Bench<'_> {
             let mut bytes = 0;
             for (row, frames) in left.by_ref() {
                 progress.now(format!("{}: warming {}", self.setting.label, row.label()));
-                let running = self.warm(row, frames)?;
-                bytes +=
-                    running.pipeline.image().stats.peak_bytes.saturating_sub(self.scene.bvh.bytes() as u64);
+                let Some(running) = self.warm(row, frames)? else {
+                    progress.say(&format!("{}: {} has no such stages", row.label(), self.device.name()));
+                    progress.advance(1);
+                    continue;
+                };
+                bytes += running.machine.stats().peak_bytes.saturating_sub(self.scene.bvh.bytes() as u64);
                 group.push(running);
                 if bytes > GROUP_BYTES {
                     break;
@@ -289,11 +295,12 @@ impl Bench<'_> {
                         self.setting.label,
                         running.row.label()
                     ));
-                    let stats = render(running.row, &mut running.pipeline)?;
+                    let stats = running.machine.render(running.row)?;
                     running.times.push(stats);
                 }
             }
             progress.now(format!("{}: measuring {} rows", self.setting.label, group.len()));
+            group.iter_mut().try_for_each(|running| running.machine.fetch())?;
             let finished: Vec<Finished> =
                 group.into_par_iter().map(|running| self.measure(&running)).collect::<Result<_, _>>()?;
             for row in finished {
@@ -304,20 +311,21 @@ impl Bench<'_> {
     }
 
     /// Builds a pipeline and renders the frame that is not timed.
-    fn warm<'r>(&self, row: &'r Row, frames: &'r [FrameError]) -> Result<Running<'r>, AblateError> {
-        let builder = row.config.builder(Arc::clone(&self.truth.scene), Arc::clone(&self.scene.bvh));
-        let mut pipeline = builder.build().map_err(|source| fault(row, source))?;
-        render(row, &mut pipeline)?;
-        Ok(Running { row, pipeline, times: Vec::new(), frames })
+    fn warm<'r>(&self, row: &'r Row, frames: &'r [FrameError]) -> Result<Option<Running<'r>>, AblateError> {
+        let Some(mut machine) = self.device.machine(row, &self.truth.scene, &self.scene.bvh)? else {
+            return Ok(None);
+        };
+        machine.render(row)?;
+        Ok(Some(Running { row, machine, times: Vec::new(), frames }))
     }
 
     fn measure(&self, running: &Running) -> Result<Finished, AblateError> {
-        let (row, image) = (running.row, running.pipeline.image());
+        let (row, irradiance, stats) = (running.row, running.machine.irradiance(), running.machine.stats());
         let (errors, normalised_sse) =
-            self.truth.errors(row, &image.irradiance, &self.truth.reference.irradiance)?;
+            self.truth.errors(row, irradiance, &self.truth.reference.irradiance)?;
         let paper = match &self.truth.paper {
             Some(reference) => {
-                let (errors, sse) = self.truth.errors(row, &image.irradiance, reference)?;
+                let (errors, sse) = self.truth.errors(row, irradiance, reference)?;
                 Some(PaperError { sse, nmse: errors.nmse })
             }
             None => None,
@@ -329,7 +337,7 @@ impl Bench<'_> {
             triangles: self.scene.bvh.triangle_count(),
             setting: self.setting,
             row,
-            stats: &image.stats,
+            stats,
             times: timing::medians(&running.times),
             errors,
             failures: failures.as_ref(),
@@ -344,7 +352,7 @@ impl Bench<'_> {
             label: row.label(),
             normalised_sse,
             paper,
-            per_level: image.stats.fragments.per_level,
+            per_level: stats.fragments.per_level,
             frames: running.frames.to_vec(),
             record: measured.record(),
         };
@@ -370,7 +378,7 @@ impl Bench<'_> {
     }
 
     fn write_pictures(&self, running: &Running, finished: &Finished) -> Result<(), AblateError> {
-        let irradiance = &running.pipeline.image().irradiance;
+        let irradiance = running.machine.irradiance();
         let (image, reference) =
             (self.truth.image(irradiance)?, self.truth.image(&self.truth.reference.irradiance)?);
         let fault = |source| AblateError::Compare { row: finished.label.clone(), source };
@@ -379,7 +387,7 @@ impl Bench<'_> {
             PictureKind::ALL.map(|kind| self.folder.join(kind.file(finished)));
         self.truth.write_picture(&picture, irradiance)?;
         if !fragments.is_file() {
-            let map = picture::fragment_map(running.pipeline.fragments(), &self.truth.gbuffer);
+            let map = running.machine.fragment_map(&self.truth.gbuffer);
             write_png(&fragments, width, height, &map)?;
         }
         let map = picture::error(image, reference, self.experiment.error_scale).map_err(fault)?;
@@ -390,12 +398,6 @@ impl Bench<'_> {
         }
         Ok(())
     }
-}
-
-/// Renders frame 0 and returns its statistics: every repetition does the same work.
-fn render(row: &Row, pipeline: &mut Pipeline) -> Result<FrameStats, AblateError> {
-    pipeline.set_frame_index(0);
-    Ok(pipeline.render().map_err(|source| fault(row, source))?.stats.clone())
 }
 
 fn fault(row: &Row, source: halflight_cpu::pipeline::PipelineError) -> AblateError {
@@ -431,9 +433,14 @@ mod tests {
 
     fn finish(places: &Places) -> Outcome {
         let experiment = Experiment::parse(TINY, "tiny.toml").unwrap();
-        let provenance =
-            Provenance { commit: "c".to_string(), machine: "m".to_string(), threads: 1, program: 1 };
-        run(&experiment, places, &provenance, |_| Ok(())).unwrap()
+        let provenance = Provenance {
+            commit: "c".to_string(),
+            machine: "m".to_string(),
+            threads: 1,
+            device: "cpu".to_string(),
+            program: 1,
+        };
+        run(&experiment, places, &Device::Cpu, &provenance, |_| Ok(())).unwrap()
     }
 
     #[test]

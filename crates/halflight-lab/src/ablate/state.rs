@@ -115,8 +115,13 @@ mod tests {
 
     fn header(change: impl Fn(&mut Experiment, &mut Provenance)) -> Header {
         let mut experiment = Experiment::resolve("default").unwrap();
-        let mut provenance =
-            Provenance { commit: "a".to_string(), machine: "m".to_string(), threads: 2, program: 1 };
+        let mut provenance = Provenance {
+            commit: "a".to_string(),
+            machine: "m".to_string(),
+            threads: 2,
+            device: "cpu".to_string(),
+            program: 1,
+        };
         change(&mut experiment, &mut provenance);
         Header::new(&experiment, &provenance).unwrap()
     }

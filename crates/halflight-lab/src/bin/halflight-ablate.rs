@@ -5,7 +5,9 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
+use clap::builder::PossibleValuesParser;
 use halflight_lab::ablate::bundled::EXPERIMENTS;
+use halflight_lab::ablate::device::Device;
 use halflight_lab::ablate::progress::Progress;
 use halflight_lab::ablate::provenance::Provenance;
 use halflight_lab::ablate::run::{Places, run};
@@ -27,6 +29,9 @@ struct Arguments {
     /// Image size in place of the experiment's, or of all of them
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<[u32; 2]>,
+    /// What renders: a graphics device takes a program that was built with it, as `cargo xtask` does when this is given
+    #[arg(long, value_name = "DEVICE", default_value = "cpu", value_parser = PossibleValuesParser::new(Device::NAMES))]
+    device: String,
     /// Small images and one timed frame: checks that everything works
     #[arg(long)]
     quick: bool,
@@ -93,9 +98,13 @@ fn ablate(arguments: &Arguments) -> Result<(), AblateError> {
         experiment.set_scenes(&arguments.scene);
     }
     let places = Places { out: folder(arguments, &experiment.name), references: root().join("references") };
-    let provenance = Provenance::of_this_run();
+    let device = Device::open(&arguments.device)?;
+    if experiment.flicker.is_some() && !matches!(device, Device::Cpu) {
+        return Err(AblateError::Option("flicker is measured on the processor only: leave out --device"));
+    }
+    let provenance = Provenance::of_this_run(device.name());
     let command = command(arguments, &experiment.name);
-    let outcome = run(&experiment, &places, &provenance, |outcome| {
+    let outcome = run(&experiment, &places, &device, &provenance, |outcome| {
         output::write(&experiment, outcome, &places, &command)
     })?;
     eprintln!(
@@ -113,11 +122,19 @@ fn stability(arguments: &Arguments) -> Result<(), AblateError> {
             "`stability` has scenes and sizes of its own: leave out --scene and --size",
         ));
     }
+    if arguments.device != "cpu" {
+        return Err(AblateError::Option("`stability` is measured on the processor only: leave out --device"));
+    }
     let start = Instant::now();
     let plan = stability::Plan::new(arguments.case.as_deref(), arguments.quick)?;
     let out = folder(arguments, stability::NAME);
     let rows = stability::run(&plan, &out, &Progress::new(plan.pictures(), 0))?;
-    stability::output::write(&rows, &out, &Provenance::of_this_run(), &command(arguments, stability::NAME))?;
+    stability::output::write(
+        &rows,
+        &out,
+        &Provenance::of_this_run(Device::Cpu.name()),
+        &command(arguments, stability::NAME),
+    )?;
     eprintln!(
         "{} pictures in {:.0} s: {}",
         plan.pictures(),
@@ -134,7 +151,8 @@ fn root() -> PathBuf {
 
 /// Where this one does.
 fn folder(arguments: &Arguments, name: &str) -> PathBuf {
-    let folder = if arguments.quick { format!("{name}-quick") } else { name.to_string() };
+    let device = if arguments.device == "cpu" { String::new() } else { format!("-{}", arguments.device) };
+    let folder = format!("{name}{device}{}", if arguments.quick { "-quick" } else { "" });
     arguments.out.clone().unwrap_or_else(|| root().join(folder))
 }
 
@@ -151,6 +169,9 @@ fn command(arguments: &Arguments, name: &str) -> String {
     }
     if let Some([width, height]) = arguments.size {
         command += &format!(" --size {width}x{height}");
+    }
+    if arguments.device != "cpu" {
+        command += &format!(" --device {}", arguments.device);
     }
     if arguments.quick {
         command += " --quick";

@@ -65,7 +65,7 @@ fn main() -> ExitCode {
 
 /// Whether all is as it should be.
 fn run(arguments: &Arguments) -> Result<bool, ExactnessError> {
-    let provenance = Provenance::of_this_run();
+    let provenance = Provenance::of_this_run("cpu".to_string());
     let mut right = true;
     if !arguments.only_certificates {
         let records = scenes(arguments)?;

@@ -177,7 +177,13 @@ mod tests {
             picture: Some("pictures/easy/full.png".to_string()),
         };
         let row = Row { case: "easy", title: "t", unshadowed: 0.1, cells: vec![cell] };
-        let provenance = Provenance { commit: "c".into(), machine: "m".into(), threads: 1, program: 0 };
+        let provenance = Provenance {
+            commit: "c".into(),
+            machine: "m".into(),
+            threads: 1,
+            device: "cpu".into(),
+            program: 0,
+        };
         html(&[row], &provenance, "command")
     }
 
