@@ -183,6 +183,10 @@ impl Lattice {
         self.trace(view, level, visibility, fragments);
         if level == self.top() && self.config.target > 0.0 {
             self.plan(view, fragments);
+            // The largest cells have these corners.
+            if self.plan.full != self.plan.first {
+                self.top_up(view, 0, Purpose::Refine, visibility, fragments);
+            }
         }
         if level > 0 {
             let judged = cells.par_iter().zip(&mut verdicts).with_min_len(256);
@@ -272,14 +276,26 @@ impl Lattice {
             self.recent.extend(self.fresh.iter().map(|&pixel| (pixel, level)));
             return;
         }
+        self.top_up(view, known, purpose, visibility, fragments);
+        self.recent.extend(self.fresh.iter().map(|&pixel| (pixel, level)));
+    }
+
+    /// Asks for more samples of the receivers that see part of the light, among samples from `known` on.
+    fn top_up(
+        &mut self,
+        view: &View,
+        known: usize,
+        purpose: Purpose,
+        visibility: &mut dyn Visibility,
+        fragments: &mut Fragments,
+    ) {
         self.partly.clear();
         self.partly_samples.clear();
-        for (sample, (&pixel, &fraction)) in
-            (known as u32..).zip(self.fresh.iter().zip(&self.fractions[known..]))
-        {
+        let samples = fragments.samples()[known..].iter().zip(&self.fractions[known..]);
+        for (place, (sample, &fraction)) in (known as u32..).zip(samples) {
             if fraction > 0.0 && fraction < 1.0 {
-                self.partly.push(pixel);
-                self.partly_samples.push(sample);
+                self.partly.push(sample.pixel);
+                self.partly_samples.push(place);
             }
         }
         let batch = fragments.open_batch(self.plan.full, purpose);
@@ -289,7 +305,6 @@ impl Lattice {
             (sample.batch, sample.first) = (batch, query);
         }
         self.evaluate(view, known, fragments);
-        self.recent.extend(self.fresh.iter().map(|&pixel| (pixel, level)));
     }
 
     /// Whether so many pixels are left to be looked at that every one may as well be traced.
