@@ -19,6 +19,7 @@
 
 mod bindings;
 mod buffers;
+mod download;
 mod error;
 mod frame;
 mod gbuffer;

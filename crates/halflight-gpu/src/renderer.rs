@@ -202,6 +202,21 @@ impl Renderer {
         &self.buffers.normal
     }
 
+    /// Linear RGB albedo, four floats a pixel; zero where nothing is seen.
+    pub fn albedo(&self) -> &wgpu::Buffer {
+        &self.buffers.albedo
+    }
+
+    /// Width and height of the image in pixels.
+    pub fn size(&self) -> (u32, u32) {
+        (self.buffers.size.width, self.buffers.size.height)
+    }
+
+    /// Diagonal of the scene's bounding box, metres: what ray offsets are relative to.
+    pub fn scene_size(&self) -> f32 {
+        self.scene.size
+    }
+
     /// A buffer that later stages read, as the last light of the last frame left it: for tests and debuggers.
     pub fn inside(&self, what: Inside) -> &wgpu::Buffer {
         match what {
