@@ -368,10 +368,10 @@ fn graphics_devices_render_what_the_processor_does() {
     place.good(&format!("{small} --out cpu.exr"));
     let error: Value = serde_json::from_str(&place.good("compare gpu.exr cpu.exr --json")).unwrap();
     // Pixels whose centre lies within rounding of an edge may see another triangle: a few of 1,728 here.
-    assert!(error["nmse2"].as_f64().unwrap() < 1e-3, "{error}");
-    place.good(&format!("{small} --seed 3 --refiner nichols --out other.exr"));
+    assert!(error["nmse2"].as_f64().unwrap() < 1e-4, "{error}");
+    place.good(&format!("{small} --seed 3 --out other.exr"));
     let other: Value = serde_json::from_str(&place.good("compare other.exr cpu.exr --json")).unwrap();
-    assert!(other["nmse2"].as_f64() > error["nmse2"].as_f64(), "{other}");
+    assert!(other["nmse2"].as_f64().unwrap() > 1e-4, "{other}");
 }
 
 #[test]
