@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
-use halflight::config::{PipelineConfig, RefinerConfig};
+use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight::frame::{Frame, Sharing};
 use halflight::irradiance::{self, Shading};
 use halflight::pattern::{Pattern, PatternKind};
@@ -25,7 +25,14 @@ pub(crate) fn bundled(name: &'static str) -> Stage {
 
 /// Every pixel its own samples.
 pub(crate) fn full(width: u32, height: u32, shading: Shading) -> PipelineConfig {
-    PipelineConfig { width, height, refiner: RefinerConfig::Full, shading, ..PipelineConfig::default() }
+    PipelineConfig {
+        width,
+        height,
+        refiner: RefinerConfig::Full,
+        upsampler: UpsamplerConfig::RbfRobust,
+        shading,
+        ..PipelineConfig::default()
+    }
 }
 
 /// The CPU's values of the samples of its last frame.
