@@ -1,8 +1,5 @@
 // Sizes of the dispatches that depend on how many cells have asked.
 
-// Workgroups along one side at most.
-const SIDE: u32 = 65535u;
-
 @compute @workgroup_size(1)
 fn dispatch() {
     let first = atomicLoad(&counters[END]);
@@ -16,10 +13,4 @@ fn dispatch() {
     set_size(1u, (count + 63u) / 64u);
     set_size(2u, (count / frame.slots + 63u) / 64u);
     set_size(3u, (end + 63u) / 64u);
-}
-
-fn set_size(slot: u32, groups: u32) {
-    arguments[3u * slot] = min(groups, SIDE);
-    arguments[3u * slot + 1u] = (groups + SIDE - 1u) / SIDE;
-    arguments[3u * slot + 2u] = 1u;
 }

@@ -23,8 +23,8 @@ fn masks(
         number = group / (stride / 64u);
         index = (group % (stride / 64u)) * 64u + lane;
     }
-    let query = atomicLoad(&counters[FIRST]) + number;
-    let exists = query < atomicLoad(&counters[END]);
+    let query = query_of(number);
+    let exists = query != NONE;
     let word = query * frame.pattern.words + index / 32u;
     let bit = 1u << (index & 31u);
     // Lanes that fill one word together.
@@ -55,17 +55,4 @@ fn masks(
         atomicAdd(&counters[bucket + PURPOSE * BUCKETS], atomicLoad(&traced));
         atomicAdd(&counters[bucket + SKIPPED * BUCKETS], atomicLoad(&skipped));
     }
-}
-
-// Whether a sample lies above both horizons. Between the corners all of the light is above the receiver's if they are.
-fn adds_light(receiver: Receiver, end: vec3<f32>) -> bool {
-    let towards = facing(receiver.origin);
-    if all(towards == vec3(0.0)) {
-        return false;
-    }
-    let above = corners_above(receiver.origin, receiver.normal);
-    if above == 0u || above == 4u {
-        return above == 4u;
-    }
-    return geometry_term(end - receiver.origin, receiver.normal, towards) > 0.0;
 }

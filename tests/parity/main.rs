@@ -6,6 +6,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod device;
+mod exact;
 mod gbuffers;
 mod masks;
 mod rays;

@@ -38,7 +38,7 @@ pub(crate) fn halves(words: &[u64]) -> Vec<u32> {
 
 /// Compares all masks of a frame in which every pixel asks: keys and wanted samples must be equal, and samples that one
 /// side sees and the other does not must be decided by rounding. Returns how many these were, of how many.
-fn compare(bench: &Bench, twins: &Twins) -> Result<(usize, usize), String> {
+pub(crate) fn compare(bench: &Bench, twins: &Twins) -> Result<(usize, usize), String> {
     let fragments = twins.cpu.fragments();
     let batch = fragments.batch(0);
     let words = batch.pattern().len().div_ceil(32);

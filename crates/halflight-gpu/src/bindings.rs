@@ -56,6 +56,8 @@ pub(crate) enum Slot {
     Breaks,
     /// Visible fractions of pixels.
     Fractions,
+    /// Queries that are left to rays, behind their number.
+    Spilled,
     /// The caller's points or depths, and normals.
     GivenPoint,
     GivenNormal,
@@ -105,6 +107,7 @@ impl Slot {
             Self::Trusts => ("trusts", "array<f32>"),
             Self::Breaks => ("breaks", "array<u32>"),
             Self::Fractions => ("fractions", "array<u32>"),
+            Self::Spilled => ("spilled", "array<atomic<u32>>"),
             Self::GivenPoint => ("given_point", "texture_2d<f32>"),
             Self::GivenNormal => ("given_normal", "texture_2d<f32>"),
         }

@@ -13,7 +13,7 @@ pub(crate) const BUCKETS: usize = 64;
 const TALLIES: usize = 3 + frame::LEVELS;
 
 /// Dispatches whose size the device knows.
-const INDIRECT: u64 = 4;
+const INDIRECT: u64 = 5;
 
 /// Bytes of queries, samples and what is known of cells; all of a cell's are as many.
 const RECORD: u64 = 16;
@@ -41,6 +41,8 @@ pub(crate) struct Size {
     pub(crate) texels: u32,
     /// Samples whose surface is judged.
     pub(crate) trusts: u32,
+    /// Queries that may be left to rays.
+    pub(crate) spilled: u32,
     /// Cells of all levels whose breaks are known.
     pub(crate) breaks: u32,
     /// Pixels whose visible fraction is known.
@@ -71,6 +73,7 @@ pub(crate) struct Buffers {
     pub(crate) reused: wgpu::Buffer,
     pub(crate) texels: wgpu::Buffer,
     pub(crate) trusts: wgpu::Buffer,
+    pub(crate) spilled: wgpu::Buffer,
     pub(crate) breaks: wgpu::Buffer,
     pub(crate) fractions: wgpu::Buffer,
     pub(crate) plane: wgpu::Buffer,
@@ -167,6 +170,7 @@ impl Buffers {
             reused: buffer("samples taken over", 8 * size.reused, storage)?,
             texels: buffer("values between cells", 8 * u64::from(size.texels), storage)?,
             trusts: buffer("surfaces of samples", 4 * u64::from(size.trusts), storage)?,
+            spilled: buffer("queries left to rays", 4 * (1 + u64::from(size.spilled)), storage)?,
             breaks: buffer("breaks", 4 * u64::from(size.breaks), storage)?,
             fractions: buffer("visible fractions", 4 * u64::from(size.fractions), storage)?,
             plane: buffer("values of pixels", 4 * pixels, storage)?,
@@ -197,6 +201,7 @@ impl Buffers {
             Slot::Reused => &self.reused,
             Slot::Texels => &self.texels,
             Slot::Trusts => &self.trusts,
+            Slot::Spilled => &self.spilled,
             Slot::Breaks => &self.breaks,
             Slot::Fractions => &self.fractions,
             Slot::Plane => &self.plane,

@@ -14,8 +14,8 @@ pub fn optional_features() -> wgpu::Features {
     wgpu::Features::TIMESTAMP_QUERY
 }
 
-/// Limits that a device must have: WebGPU's defaults. Larger images and scenes take larger buffers, so a device should be
-/// asked for as much as its adapter has.
+/// Limits that a device must have: WebGPU's defaults. Larger images and scenes take larger buffers, and `beam` takes 9 storage
+/// buffers a stage instead of 8, so a device should be asked for as much as its adapter has.
 pub fn required_limits() -> wgpu::Limits {
     wgpu::Limits::default()
 }
@@ -56,6 +56,7 @@ impl Gpu {
             max_buffer_size: available.max_buffer_size,
             max_storage_buffer_binding_size: available.max_storage_buffer_binding_size,
             max_texture_dimension_2d: available.max_texture_dimension_2d,
+            max_storage_buffers_per_shader_stage: available.max_storage_buffers_per_shader_stage,
             ..required_limits()
         };
         let (device, queue) = adapter

@@ -36,6 +36,7 @@ mod stats;
 #[cfg(test)]
 mod tests;
 mod upsample;
+mod visibility;
 
 pub use wgpu;
 

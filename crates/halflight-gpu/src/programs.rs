@@ -2,6 +2,7 @@
 
 pub(crate) mod refine;
 pub(crate) mod upsample;
+pub(crate) mod visibility;
 
 use crate::bindings::{Access, Slot};
 use Access::{Read, Write};
@@ -61,34 +62,8 @@ pub(crate) const PRESENT: Program =
 pub(crate) const DISPATCH: Program = Program {
     name: "dispatch",
     entry: "dispatch",
-    modules: &["shared/counters.wgsl", "dispatch.wgsl"],
+    modules: &["shared/counters.wgsl", "shared/arguments.wgsl", "dispatch.wgsl"],
     slots: &[(Slot::Counters, Write), (Slot::Arguments, Write)],
-};
-
-/// The masks, by the hierarchy.
-pub(crate) const BVH_MASKS: Program = Program {
-    name: "masks",
-    entry: "masks",
-    modules: &[
-        "shared/surface.wgsl",
-        "shared/receiver.wgsl",
-        "shared/hash.wgsl",
-        "shared/light.wgsl",
-        "shared/counters.wgsl",
-        "shared/query.wgsl",
-        "visibility/bvh.wgsl",
-        "visibility/masks.wgsl",
-    ],
-    slots: &[
-        (Slot::Nodes, Read),
-        (Slot::Triangles, Read),
-        (Slot::Position, Read),
-        (Slot::Normal, Read),
-        (Slot::Queries, Read),
-        (Slot::Wanted, Write),
-        (Slot::Visible, Write),
-        (Slot::Counters, Write),
-    ],
 };
 
 pub(crate) const IRRADIANCE: Program = Program {
@@ -132,7 +107,7 @@ pub(crate) const COMPOSE: Program = Program {
 /// All of them, for tests.
 #[cfg(test)]
 pub(crate) const ALL: &[&[Program]] = &[
-    &[GBUFFER, RESOLVE, IMPORT, PRESENT, DISPATCH, BVH_MASKS, IRRADIANCE, COMPOSE],
+    &[GBUFFER, RESOLVE, IMPORT, PRESENT, DISPATCH, IRRADIANCE, COMPOSE],
     &[
         refine::PYRAMID,
         refine::FULL,
@@ -162,4 +137,5 @@ pub(crate) const ALL: &[&[Program]] = &[
         upsample::ROBUST,
         upsample::LATTICE,
     ],
+    &[visibility::BVH_MASKS, visibility::BEAM, visibility::SPILL, visibility::SPILLED_MASKS],
 ];

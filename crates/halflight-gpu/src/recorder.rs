@@ -21,6 +21,8 @@ pub(crate) enum Groups {
     Cells,
     /// All queries so far.
     AllQueries,
+    /// Rays of the queries that were left to them.
+    Spilled,
 }
 
 /// Workgroups along one side at most.
@@ -63,6 +65,7 @@ impl Recorder<'_> {
             Groups::Queries => 1,
             Groups::Cells => 2,
             Groups::AllQueries => 3,
+            Groups::Spilled => 4,
         };
         compute.dispatch_workgroups_indirect(&self.buffers.arguments, 12 * indirect);
     }

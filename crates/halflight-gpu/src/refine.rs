@@ -13,13 +13,13 @@ use crate::programs::refine as programs;
 use crate::recorder::{Groups, Recorder};
 use crate::stage::Stage;
 use crate::stats::Timed;
+use crate::visibility::Visibility;
 
 /// Turns queries into masks and values.
 #[derive(Debug)]
 pub(crate) struct Tracer {
     pub(crate) dispatch: Stage,
-    /// To refine, and for irradiance alone.
-    pub(crate) masks: [Stage; 2],
+    pub(crate) visibility: Visibility,
     pub(crate) irradiance: Stage,
 }
 
@@ -31,7 +31,7 @@ impl Tracer {
 
     /// Traces these.
     fn trace(&self, recorder: &mut Recorder, frame: u32, last: bool) {
-        recorder.run(&self.masks[usize::from(last)], Timed::Visibility, frame, Groups::Rays);
+        self.visibility.record(recorder, frame, last);
     }
 }
 

@@ -4,7 +4,7 @@ use halflight_core::frame::LightSampling;
 use halflight_core::light::AreaLight;
 use halflight_core::pattern::Pattern;
 use halflight_core::scene::{Camera, Scene};
-use halflight_cpu::config::{PipelineConfig, VisibilityConfig};
+use halflight_cpu::config::PipelineConfig;
 use halflight_cpu::irradiance::Shading;
 use halflight_cpu::pipeline::{MAX_SIZE, PipelineError, check_scene};
 
@@ -21,6 +21,7 @@ use crate::scene::SceneBuffers;
 use crate::stage::Stage;
 use crate::stats::{Clock, PendingStats, Timed};
 use crate::upsample::Upsample;
+use crate::visibility::Visibility;
 
 /// What changes from frame to frame.
 #[derive(Clone, Copy, Debug, Default)]
@@ -73,6 +74,8 @@ pub enum Inside {
     Owners,
     /// One float a pixel: irradiance per radiance, or the visible fraction.
     Plane,
+    /// How many queries `beam` has left to rays last, then which.
+    Spilled,
 }
 
 /// Renders one scene on one device, frame after frame, in buffers that are kept.
@@ -115,15 +118,7 @@ impl Renderer {
         scene: &Scene,
         config: &PipelineConfig,
     ) -> Result<Self, GpuError> {
-        let visibility = match config.visibility {
-            // Exact backends agree, so that the choice between them is free: here there is one.
-            VisibilityConfig::Bvh | VisibilityConfig::Auto => None,
-            _ => {
-                let (stage, reason) = ("this visibility backend", "only `bvh` does so far");
-                return Err(GpuError::Unsupported { stage, reason });
-            }
-        };
-        Self::build(device, queue, scene, config, visibility)
+        Self::build(device, queue, scene, config, None)
     }
 
     /// The same with a backend from outside: `module` is WGSL with a function
@@ -152,7 +147,7 @@ impl Renderer {
     ) -> Result<Self, GpuError> {
         check_scene(scene)?;
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
-        let stages = Stages::new(device, config, visibility)?;
+        let stages = Stages::new(device, scene, config, visibility)?;
         let buffers = SceneBuffers::new(device, scene)?;
         let size = stages.size(config.width, config.height, pattern, scene.lights.len())?;
         let mut renderer = Self {
@@ -226,6 +221,7 @@ impl Renderer {
             Inside::Samples => &self.buffers.samples,
             Inside::Owners => &self.buffers.owners,
             Inside::Plane => &self.buffers.plane,
+            Inside::Spilled => &self.buffers.spilled,
         }
     }
 
@@ -308,9 +304,9 @@ impl Renderer {
     fn bind(&mut self) {
         let Stages { rasterize, resolve, take: _, refine, tracer, upsample, compose } = &mut self.stages;
         rasterize.bind(&self.device, &self.buffers);
-        let Tracer { dispatch, masks: [first, second], irradiance } = tracer;
-        let others = [resolve, dispatch, first, second, irradiance, compose];
-        for stage in others.into_iter().chain(refine.stages()).chain(upsample.stages()) {
+        let Tracer { dispatch, visibility, irradiance } = tracer;
+        let others = [resolve, dispatch, irradiance, compose].into_iter().chain(visibility.stages());
+        for stage in others.chain(refine.stages()).chain(upsample.stages()) {
             stage.bind(&self.device, &self.buffers);
         }
     }
@@ -319,13 +315,11 @@ impl Renderer {
 impl Stages {
     fn new(
         device: &wgpu::Device,
+        scene: &Scene,
         config: &PipelineConfig,
         visibility: Option<&str>,
     ) -> Result<Self, GpuError> {
         let shading = [("SHADING", if config.shading == Shading::Ratio { 1.0 } else { 0.0 })];
-        let masks = |purpose: f64| {
-            Stage::with_visibility(device, programs::BVH_MASKS, &[("PURPOSE", purpose)], visibility)
-        };
         let take = |depth: f64| Stage::new(device, programs::IMPORT, &[("DEPTH", depth)]);
         Ok(Self {
             refine: Refine::new(device, config)?,
@@ -335,7 +329,7 @@ impl Stages {
             take: [take(0.0)?, take(1.0)?],
             tracer: Tracer {
                 dispatch: Stage::new(device, programs::DISPATCH, &[])?,
-                masks: [masks(0.0)?, masks(1.0)?],
+                visibility: Visibility::new(device, scene, config, visibility)?,
                 irradiance: Stage::new(device, programs::IRRADIANCE, &shading)?,
             },
             compose: Stage::new(device, programs::COMPOSE, &shading)?,
@@ -347,7 +341,7 @@ impl Stages {
         if !(1..=MAX_SIZE).contains(&width) || !(1..=MAX_SIZE).contains(&height) {
             return Err(PipelineError::Size { width, height }.into());
         }
-        let size = self.upsample.size(self.refine.size(width, height, pattern));
+        let size = self.tracer.visibility.size(self.upsample.size(self.refine.size(width, height, pattern)));
         Ok(Size { frames: lights as u32 * (self.refine.coarsest() + 1), ..size })
     }
 }

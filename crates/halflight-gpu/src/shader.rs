@@ -15,6 +15,7 @@ pub(crate) fn source(program: &Program, visibility: Option<&str>) -> Result<Stri
     let mut text = String::new();
     for name in std::iter::once("shared/frame.wgsl").chain(program.modules.iter().copied()) {
         match visibility {
+            Some(_) if name == TRIANGLE => {}
             Some(other) if name == BVH => text.push_str(other),
             _ => text.push_str(&module(name)?),
         }
@@ -28,13 +29,16 @@ pub(crate) fn source(program: &Program, visibility: Option<&str>) -> Result<Stri
 /// The module that walks the hierarchy.
 const BVH: &str = "visibility/bvh.wgsl";
 
+/// What it tests triangles by.
+const TRIANGLE: &str = "visibility/triangle.wgsl";
+
 /// Source of the module that decides on shadow rays, as a start for one's own: see
 /// [`Renderer::with_visibility`](crate::Renderer::with_visibility).
 ///
 /// # Errors
 /// It cannot be read, where shaders are read from disk.
-pub fn visibility_module() -> Result<Cow<'static, str>, GpuError> {
-    module(BVH)
+pub fn visibility_module() -> Result<String, GpuError> {
+    Ok(format!("{}{}", module(TRIANGLE)?, module(BVH)?))
 }
 
 /// The files of `shaders/`, by name.
@@ -75,6 +79,7 @@ modules![
     "refine/sfvt_value.wgsl",
     "resolve.wgsl",
     "shared/append.wgsl",
+    "shared/arguments.wgsl",
     "shared/breaks.wgsl",
     "shared/cells.wgsl",
     "shared/children.wgsl",
@@ -103,8 +108,14 @@ modules![
     "upsample/rbf.wgsl",
     "upsample/robust.wgsl",
     "upsample/trust.wgsl",
+    "visibility/at_hand.wgsl",
+    "visibility/beam.wgsl",
     "visibility/bvh.wgsl",
+    "visibility/horizon.wgsl",
     "visibility/masks.wgsl",
+    "visibility/spill.wgsl",
+    "visibility/spilled.wgsl",
+    "visibility/triangle.wgsl",
 ];
 
 #[cfg(not(feature = "hot-reload"))]

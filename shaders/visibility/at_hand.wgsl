@@ -1,0 +1,6 @@
+// All queries at hand are answered.
+
+fn query_of(number: u32) -> u32 {
+    let query = atomicLoad(&counters[FIRST]) + number;
+    return select(NONE, query, query < atomicLoad(&counters[END]));
+}

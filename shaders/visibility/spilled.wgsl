@@ -1,0 +1,8 @@
+// Queries that another backend has left to rays are answered.
+
+fn query_of(number: u32) -> u32 {
+    if number < atomicLoad(&spilled[0]) {
+        return atomicLoad(&spilled[1u + number]);
+    }
+    return NONE;
+}
