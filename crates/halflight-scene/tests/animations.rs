@@ -166,7 +166,17 @@ fn at_time_0_a_scene_is_what_it_is_without_an_animation() {
 #[test]
 fn any_time_will_do() {
     let loaded = load("times", SCENE);
-    for time in [f32::NEG_INFINITY, -1.0, f32::INFINITY, f32::NAN] {
-        at(&loaded, time).mesh.validate().unwrap();
+    let (first, last) = (moving(&at(&loaded, 0.0)), moving(&at(&loaded, 4.0)));
+    // What is no number is no time after the start.
+    for (time, expected) in [
+        (f32::NEG_INFINITY, &first),
+        (-1.0, &first),
+        (f32::NAN, &first),
+        (f32::INFINITY, &last),
+        (1e30, &last),
+    ] {
+        let scene = at(&loaded, time);
+        scene.mesh.validate().unwrap();
+        assert_eq!(moving(&scene), *expected, "{time}");
     }
 }
