@@ -1,5 +1,7 @@
 //! Which cells are kept: what corners say about what lies between them, and finer neighbours about their cells.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use halflight_core::gbuffer::GBuffer;
 use rayon::prelude::*;
 
@@ -17,10 +19,7 @@ impl Lattice {
             self.owners[row].fill(self.kept.len() as u32);
         }
         // Until cells are first compared all masks are recent; later ones have neighbours that are not.
-        self.suspected.push(self.mending);
-        if self.mending {
-            self.suspects.push(self.kept.len() as u32);
-        }
+        self.suspected.push(AtomicBool::new(self.mending));
         self.kept.push(Some((cell, verdict)));
     }
 
@@ -102,7 +101,7 @@ impl Lattice {
     /// Splits kept cells that their neighbours contradict; whether there were any.
     pub(super) fn mend(&mut self, view: &View) -> bool {
         self.suspect(view.gbuffer);
-        let (mut verdicts, mut suspects) =
+        let (mut verdicts, suspects) =
             (std::mem::take(&mut self.verdicts), std::mem::take(&mut self.suspects));
         let meets = |&place: &u32| match self.kept[place as usize] {
             Some((cell, _)) if !self.meets_neighbours(view, cell) => Verdict::Split,
@@ -111,7 +110,6 @@ impl Lattice {
         suspects.par_iter().with_min_len(64).map(meets).collect_into_vec(&mut verdicts);
         let mut any = false;
         for (&place, &verdict) in suspects.iter().zip(&verdicts) {
-            self.suspected[place as usize] = false;
             if verdict == Verdict::Split
                 && let Some((cell, _)) = self.kept[place as usize].take()
             {
@@ -119,7 +117,6 @@ impl Lattice {
                 any = true;
             }
         }
-        suspects.clear();
         (self.verdicts, self.suspects) = (verdicts, suspects);
         any
     }
@@ -127,22 +124,27 @@ impl Lattice {
     /// Finds the kept cells that recent pixels of finer ones lie on or just outside the edges of.
     fn suspect(&mut self, gbuffer: &GBuffer) {
         let (width, height, columns) = (gbuffer.width, gbuffer.height, gbuffer.width.div_ceil(2));
-        for &(pixel, level) in &self.recent {
+        let Self { recent, owners, kept, suspected, suspects, .. } = self;
+        recent.par_iter().with_min_len(1024).for_each(|&(pixel, level)| {
             let (x, y) = (pixel % width, pixel / width);
             let (x0, y0) = (x.saturating_sub(1) / 2, y.saturating_sub(1) / 2);
             let (x1, y1) = ((x + 1).min(width - 1) / 2, (y + 1).min(height - 1) / 2);
             for (x, y) in [(x0, y0), (x1, y0), (x0, y1), (x1, y1)] {
-                let place = self.owners[(y * columns + x) as usize];
-                if place == NONE || self.suspected[place as usize] {
+                let place = owners[(y * columns + x) as usize];
+                if place == NONE || suspected[place as usize].load(Ordering::Relaxed) {
                     continue;
                 }
-                if self.kept[place as usize].is_some_and(|(cell, _)| cell.level > level) {
-                    self.suspected[place as usize] = true;
-                    self.suspects.push(place);
+                if kept[place as usize].is_some_and(|(cell, _)| cell.level > level) {
+                    // Nothing but the flags is handed on, and they after the threads have joined.
+                    suspected[place as usize].store(true, Ordering::Relaxed);
                 }
             }
-        }
-        self.recent.clear();
+        });
+        suspects.clear();
+        let marked =
+            (0..).zip(suspected).filter_map(|(place, flag)| std::mem::take(flag.get_mut()).then_some(place));
+        suspects.extend(marked);
+        recent.clear();
         self.mending = true;
     }
 }

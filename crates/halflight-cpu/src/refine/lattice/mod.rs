@@ -1,10 +1,12 @@
 //! The lattice refiner: masks at the corners of quadtree cells, refined where the visible fraction cannot be predicted.
 
+mod foretell;
 mod judge;
 mod view;
 
-use glam::Vec3;
-use halflight_core::fragment::{Cell, Fragments, Sample};
+use std::sync::atomic::AtomicBool;
+
+use halflight_core::fragment::Fragments;
 use halflight_core::frame::Frame;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_core::mask::Purpose;
@@ -18,13 +20,10 @@ use serde::{Deserialize, Serialize};
 
 use super::breaks::Breaks;
 use super::pixel_set::PixelSet;
-use super::target::{self, Neighbours, Plan, Trial};
+use super::target::{Plan, Trial};
 use super::{pixel_sample, trace_pixels};
-use crate::compose::luminance;
 use crate::corners::Corners;
-use crate::irradiance;
 use crate::rise::{Between, Rise, RiseLimits};
-use crate::unshadowed::unshadowed_many;
 use view::View;
 
 /// Constants of [`Lattice`].
@@ -57,9 +56,6 @@ impl Default for LatticeConfig {
 
 /// No mask has been asked for here.
 const NONE: u32 = u32::MAX;
-
-/// Samples whose unshadowed irradiance is computed together.
-const SHINE: usize = 64;
 
 /// Finest level above which it shows how much of the image will be traced.
 const DENSE_LEVEL: u8 = 2;
@@ -123,8 +119,8 @@ pub struct Lattice {
     corners: Vec<u32>,
     /// Visible fraction of every sample; NaN where the light lies below its horizon.
     fractions: Vec<f32>,
-    /// Expected squared error of every fraction, and unshadowed irradiance of every sample, where a target is set.
-    variances: Vec<f32>,
+    /// Pixels whose unshadowed irradiance takes part in what is foretold, and that.
+    shining: Vec<u32>,
     unshadowed: Vec<f32>,
     /// Receivers that see part of the light, and their samples.
     partly: Vec<u32>,
@@ -143,9 +139,9 @@ pub struct Lattice {
     owners: Vec<u32>,
     /// Pixels that have got a mask since cells were last compared with their neighbours, and for cells of which level.
     recent: Vec<(u32, u8)>,
-    /// Places of kept cells with such pixels on or beside their edges.
+    /// For every kept cell whether there are such pixels on or beside its edges; places of those with some.
+    suspected: Vec<AtomicBool>,
     suspects: Vec<u32>,
-    suspected: Vec<bool>,
     mending: bool,
     /// Cells of which something is to be proved, where their receivers are, and what was.
     certified: Vec<Square>,
@@ -333,8 +329,7 @@ impl Lattice {
                 }
             }
         });
-        let (_, known) = self.ask(view, self.plan.full, Purpose::Final, visibility, fragments);
-        self.judge_noise(known, fragments);
+        self.ask(view, self.plan.full, Purpose::Final, visibility, fragments);
         for (pixel, &sample) in (0..).zip(&self.corners).filter(|&(_, &sample)| sample != NONE) {
             fragments.push_cell(0, pixel % gbuffer.width, pixel / gbuffer.width, &[sample]);
         }
@@ -376,89 +371,6 @@ impl Lattice {
         }
     }
 
-    /// Computes the fractions of all samples from `known` on, and how wrong they may be.
-    fn evaluate(&mut self, view: &View, known: usize, fragments: &Fragments) {
-        let (samples, light) = (&fragments.samples()[known..], view.frame.light(view.light));
-        self.fractions.resize(fragments.samples().len(), f32::NAN);
-        self.fractions[known..].par_iter_mut().zip(samples).with_min_len(256).for_each(
-            |(fraction, sample)| {
-                let batch = fragments.batch(sample.batch);
-                *fraction = irradiance::fraction(light, batch, sample.first as usize).unwrap_or(f32::NAN);
-            },
-        );
-        if self.config.target > 0.0 {
-            self.judge_noise(known, fragments);
-        }
-    }
-
-    /// Computes how wrong the fractions of all samples from `known` on may be.
-    fn judge_noise(&mut self, known: usize, fragments: &Fragments) {
-        let samples = &fragments.samples()[known..];
-        let (first, full) = (Neighbours::new(self.plan.first), Neighbours::new(self.plan.full));
-        self.variances.resize(fragments.samples().len(), 0.0);
-        self.variances[known..].par_iter_mut().zip(samples).with_min_len(256).for_each(
-            |(variance, sample)| {
-                let batch = fragments.batch(sample.batch);
-                let neighbours = if batch.pattern() == self.plan.full { &full } else { &first };
-                *variance = neighbours.variance(batch, sample.first as usize).0;
-            },
-        );
-    }
-
-    /// Chooses samples and cells by what the corners so far have shown.
-    fn plan(&mut self, view: &View, fragments: &Fragments) {
-        self.shine(view, fragments);
-        let neighbours = Neighbours::new(self.plan.full);
-        let trial = |(sample, (&fraction, &unshadowed)): (&Sample, (&f32, &f32))| {
-            let (variance, torn) = neighbours.variance(fragments.batch(sample.batch), sample.first as usize);
-            Trial { unshadowed, fraction, variance, torn }
-        };
-        let known = self.fractions.par_iter().zip(&self.unshadowed);
-        fragments.samples().par_iter().zip(known).map(trial).collect_into_vec(&mut self.trial);
-        self.plan = Plan::reach(self.config.target, view.frame.pattern.kind, &self.trial);
-    }
-
-    /// Computes the unshadowed irradiance of all samples.
-    fn shine(&mut self, view: &View, fragments: &Fragments) {
-        let light = view.frame.light(view.light);
-        self.unshadowed.clear();
-        self.unshadowed.resize(fragments.samples().len(), 0.0);
-        let blocks = self.unshadowed.par_chunks_mut(SHINE).zip(fragments.samples().par_chunks(SHINE));
-        blocks.with_min_len(16).for_each(|(out, samples)| {
-            let (mut origins, mut normals) = ([Vec3::ZERO; SHINE], [Vec3::ZERO; SHINE]);
-            for (lane, sample) in samples.iter().enumerate() {
-                if let Some(receiver) = view.gbuffer.receiver(sample.pixel as usize) {
-                    (origins[lane], normals[lane]) = (receiver.origin, receiver.normal);
-                }
-            }
-            unshadowed_many(light, &origins[..samples.len()], &normals[..samples.len()], out);
-        });
-    }
-
-    /// Expected squared error of the irradiance by luminance, summed over all pixels.
-    fn expect(&mut self, view: &View, fragments: &Fragments) -> f64 {
-        self.shine(view, fragments);
-        let error = |cell: &Cell| {
-            let samples = fragments.cell_samples(cell).iter().map(|&sample| sample as usize);
-            let count = samples.len().max(1) as f64;
-            let power =
-                samples.clone().map(|sample| f64::from(self.unshadowed[sample]).powi(2)).sum::<f64>() / count;
-            let variance = if cell.level == 0 {
-                samples.map(|sample| f64::from(self.variances[sample])).sum()
-            } else {
-                target::cell_variance(
-                    samples.map(|sample| (self.fractions[sample], self.variances[sample])),
-                    self.plan.error,
-                )
-            };
-            let (x0, y0, x1, y1) = cell.pixels(fragments.width(), fragments.height());
-            power * variance * f64::from((x1 - x0) * (y1 - y0))
-        };
-        // In one order, so that rounding does not depend on the threads.
-        let parts = fragments.cells().par_chunks(4096).map(|cells| cells.iter().map(error).sum::<f64>());
-        parts.collect::<Vec<_>>().into_iter().sum::<f64>()
-            * f64::from(luminance(view.frame.light(view.light).radiance)).powi(2)
-    }
     fn split(&mut self, cell: Square) {
         let level = cell.level - 1;
         self.pending[usize::from(level)].extend((0..4).map(|child| Square {
@@ -574,7 +486,7 @@ impl Refiner for Lattice {
             + self.recent.capacity() * size_of::<(u32, u8)>()
             + self.verdicts.capacity()
             + self.suspected.capacity()
-            + (self.variances.capacity() + self.unshadowed.capacity()) * 4
+            + (self.shining.capacity() + self.unshadowed.capacity()) * 4
             + (self.partly.capacity() + self.partly_samples.capacity()) * 4
             + self.trial.capacity() * size_of::<Trial>()
             + self.certified.capacity() * size_of::<Square>()
