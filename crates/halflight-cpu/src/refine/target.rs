@@ -17,7 +17,7 @@ const INDEPENDENT: f64 = 0.35;
 const INTERPOLATION: f64 = 2e-3;
 
 /// Mean square error of a cell's pixels over the square of the difference between its corners.
-const CURVATURE: f64 = 0.1;
+const CURVATURE: f64 = 0.06;
 
 /// Share of the target that is left to noise.
 const NOISE_SHARE: f64 = 0.6;
@@ -26,12 +26,13 @@ const NOISE_SHARE: f64 = 0.6;
 /// picture shows.
 const SIDES: std::ops::RangeInclusive<u16> = 4..=32;
 
-/// Samples along one side that every receiver is asked for at most; receivers in the penumbra get the rest.
+/// Samples along one side in a trial, and of what every receiver is asked where more than [`ONCE`] are due: receivers in the
+/// penumbra get these.
 const FIRST: u16 = 8;
 
-/// Samples along one side that every receiver is asked for at most where all are: beams take those that see all of the
-/// light or none of it together, so that nobody need be asked twice.
-const ONCE: u16 = 16;
+/// Samples along one side that every receiver is asked for at once. Those that see all of the light or none of it cost
+/// little, by packets as by beams, and a second question costs more; nor is anything missed between a few first samples.
+const ONCE: u16 = 20;
 
 /// What an error takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,7 +90,7 @@ impl Plan {
         let unseen = |&level: &usize| UNSEEN[level] <= target / 3.0;
         let step_level = (0..UNSEEN.len()).rev().find(unseen).unwrap_or(0) as u8;
         Self {
-            first: square(kind, side.min(FIRST)),
+            first: square(kind, if side <= ONCE { side } else { FIRST }),
             full: square(kind, side),
             error: error as f32,
             step_level,
@@ -98,17 +99,12 @@ impl Plan {
     }
 
     /// Share of the receivers in cells finer than 4 × 4 pixels from which on all are traced: the finer levels and what they
-    /// have to remember cost more than they save, the more so where receivers are asked twice. Of these pixels some four
-    /// fifths get masks in the end. Chosen on atrium, nave, toys, church, tower and tree at 640 × 480.
+    /// have to remember cost more than they save, and what is small enough to tear up so much of the image is missed between
+    /// corners as well. Of these pixels some four fifths get masks in the end. Chosen on atrium, nave, toys, church, tower and
+    /// tree at 640 × 480: the church has 0.59 and more, the others up to 0.50.
     pub(super) fn dense_share(&self) -> f32 {
-        if self.every.columns > ONCE {
-            // Foliage: what counts there is how many receivers see part of the light, and interpolation saves most of them.
-            f32::INFINITY
-        } else if self.full != self.first {
-            0.38
-        } else {
-            0.45
-        }
+        // Foliage: what counts there is how many receivers see part of the light, and interpolation saves most of them.
+        if self.every.columns > ONCE { f32::INFINITY } else { 0.54 }
     }
 
     /// The same without interpolation. Receivers are asked twice only where that saves more than it costs.

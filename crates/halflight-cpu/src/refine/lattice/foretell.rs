@@ -67,12 +67,14 @@ impl Lattice {
     pub(super) fn expect(&mut self, view: &View, fragments: &Fragments) -> f64 {
         let cells = fragments.cells();
         let stride = cells.len().div_ceil(JUDGED).max(1);
-        let (first, full) = (Neighbours::new(self.plan.first), Neighbours::new(self.plan.full));
+        let kind = view.frame.pattern.kind;
+        let patterns = [self.plan.first, self.plan.full, Plan::trial(kind, self.plan.error).full];
+        let neighbours = patterns.map(|pattern| (pattern, Neighbours::new(pattern)));
         let noise = |sample: &u32| {
             let sample = &fragments.samples()[*sample as usize];
             let batch = fragments.batch(sample.batch);
-            let neighbours = if batch.pattern() == self.plan.full { &full } else { &first };
-            neighbours.variance(batch, sample.first as usize).0
+            let own = neighbours.iter().find(|(pattern, _)| *pattern == batch.pattern());
+            own.map_or(0.0, |(_, neighbours)| neighbours.variance(batch, sample.first as usize).0)
         };
         let judge = |(place, group): (usize, &[Cell])| {
             let cell = group[hash::mix(place as u32) as usize % group.len()];

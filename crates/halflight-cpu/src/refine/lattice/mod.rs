@@ -38,8 +38,8 @@ pub struct LatticeConfig {
     /// pixels that are no better than what they replace.
     pub error: f32,
     /// NMSE₂ to come down to, or 0 to take `error` and the frame's samples as they are: 0. With a target, both are chosen by
-    /// what the coarsest corners show with 64 samples. Where that takes more than 64, only receivers that see part of the
-    /// light are asked for more. Where most pixels would be traced anyway, all are.
+    /// what the coarsest corners show with 64 samples. Where that takes more than 400, only receivers that see part of the
+    /// light are asked for more than 64. Where most pixels would be traced anyway, all are.
     pub target: f32,
     /// Keep a cell only if it is proved that it hides no thin shadow: false. It takes a backend that proves things, `bvh` or
     /// `beam`; with others, and in foliage, every pixel is traced.
@@ -178,9 +178,10 @@ impl Lattice {
         cells.par_iter().with_min_len(256).map(|&cell| self.look(view, cell)).collect_into_vec(&mut verdicts);
         self.trace(view, level, visibility, fragments);
         if level == self.top() && self.config.target > 0.0 {
+            let trial = self.plan.full;
             self.plan(view, fragments);
             // The largest cells have these corners.
-            if self.plan.full != self.plan.first {
+            if self.plan.full.len() > trial.len() {
                 self.top_up(view, 0, Purpose::Refine, visibility, fragments);
             }
         }
