@@ -98,13 +98,21 @@ impl Plan {
         }
     }
 
-    /// Share of the receivers in cells finer than 4 × 4 pixels from which on all are traced: the finer levels and what they
-    /// have to remember cost more than they save, and what is small enough to tear up so much of the image is missed between
-    /// corners as well. Of these pixels some four fifths get masks in the end. Chosen on atrium, nave, toys, church, tower and
-    /// tree at 640 × 480: the church has 0.59 and more, the others up to 0.50.
-    pub(super) fn dense_share(&self) -> f32 {
+    /// Share of the receivers in cells of this level that are still to be looked at, from which on all are traced: the finer
+    /// levels and what they have to remember cost more than they save, and what is small enough to tear up so much of the
+    /// image is missed between corners as well. Of the pixels of the finer of the two levels some four fifths get masks in the end.
+    /// Chosen on atrium, nave, toys, church, tower and tree at 640 × 480: the church has 0.59 and 0.84 or more, the others up to
+    /// 0.50 and 0.72.
+    pub(super) fn dense_share(&self, level: u8) -> Option<f32> {
         // Foliage: what counts there is how many receivers see part of the light, and interpolation saves most of them.
-        if self.every.columns > ONCE { f32::INFINITY } else { 0.54 }
+        if self.every.columns > ONCE {
+            return None;
+        }
+        match level {
+            1 => Some(0.54),
+            2 => Some(0.77),
+            _ => None,
+        }
     }
 
     /// The same without interpolation. Receivers are asked twice only where that saves more than it costs.

@@ -57,9 +57,6 @@ impl Default for LatticeConfig {
 /// No mask has been asked for here.
 const NONE: u32 = u32::MAX;
 
-/// Finest level above which it shows how much of the image will be traced.
-const DENSE_LEVEL: u8 = 2;
-
 /// Finest level at which proofs are tried: a proof costs as much as the masks of three receivers.
 const PROVE_LEVEL: u8 = 2;
 
@@ -304,15 +301,14 @@ impl Lattice {
         self.evaluate(view, known, fragments);
     }
 
-    /// Whether so many pixels are left to be looked at that every one may as well be traced.
-    fn is_dense(&self, gbuffer: &GBuffer) -> bool {
-        if self.top() < DENSE_LEVEL {
+    /// Whether so many pixels are left to be looked at, in cells of this level, that every one may as well be traced.
+    fn is_dense(&self, gbuffer: &GBuffer, level: u8) -> bool {
+        let Some(share) = self.plan.dense_share(level) else {
             return false;
-        }
-        let level = usize::from(DENSE_LEVEL - 1);
-        let left = self.pending[level].len() << (2 * level);
+        };
+        let left = self.pending[usize::from(level)].len() << (2 * level);
         let receivers = gbuffer.primitive.par_iter().filter(|&&triangle| triangle != NO_PRIMITIVE).count();
-        left as f32 > self.plan.dense_share() * receivers as f32
+        left as f32 > share * receivers as f32
     }
 
     /// Asks for the masks of all receivers that have none, each a cell of its own.
@@ -423,19 +419,18 @@ impl Refiner for Lattice {
         self.pending[usize::from(top)].extend(all);
         let view = View { frame, gbuffer, light, rise: Rise::new(frame, &self.config.rise) };
         // What the coarse levels have found tells whether the rest is worth the trouble.
-        for level in (DENSE_LEVEL..=top).rev() {
+        let mut dense = false;
+        for level in (0..=top).rev() {
             self.descend(level, &view, visibility, fragments);
+            dense = self.config.target > 0.0 && level > 0 && self.is_dense(gbuffer, level - 1);
+            if dense {
+                self.trace_all(&view, visibility, fragments);
+                break;
+            }
         }
-        if self.config.target > 0.0 && self.is_dense(gbuffer) {
-            self.trace_all(&view, visibility, fragments);
-        } else {
-            (0..DENSE_LEVEL.min(top + 1)).rev().for_each(|level| {
+        while !dense && self.mend(&view) {
+            for level in (0..top).rev() {
                 self.descend(level, &view, visibility, fragments);
-            });
-            while self.mend(&view) {
-                for level in (0..top).rev() {
-                    self.descend(level, &view, visibility, fragments);
-                }
             }
         }
         for &(cell, verdict) in self.kept.iter().flatten() {
