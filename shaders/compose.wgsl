@@ -1,4 +1,7 @@
 // Adds one light's share to the image.
+//@ needs shared/receiver shared/unshadowed
+//@ reads plane
+//@ writes image
 
 // What `plane` holds: 0 irradiance per radiance, 1 the visible fraction.
 override SHADING: u32 = 1u;

@@ -1,4 +1,5 @@
 // Sizes of the dispatches that depend on how many cells have asked.
+//@ needs shared/arguments shared/counters
 
 @compute @workgroup_size(1)
 fn dispatch() {

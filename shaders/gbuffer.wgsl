@@ -1,4 +1,5 @@
 // Rasterizes triangle numbers. Everything else about a pixel follows from its triangle (resolve.wgsl).
+//@ reads triangles
 
 struct Corner {
     @builtin(position) clip: vec4<f32>,

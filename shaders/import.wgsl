@@ -1,4 +1,6 @@
 // Takes a G-buffer over that the caller has drawn.
+//@ reads given_point given_normal
+//@ writes position normal
 
 // Whether depths are given instead of points.
 override DEPTH: bool = false;

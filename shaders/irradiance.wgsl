@@ -1,4 +1,6 @@
 // Values of samples that are made of one query each: of all queries so far that say where theirs goes.
+//@ needs shared/counters shared/sums
+//@ writes samples
 
 // What is interpolated: 0 irradiance, 1 the visible fraction.
 override SHADING: u32 = 1u;

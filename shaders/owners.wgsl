@@ -1,4 +1,6 @@
 // The level of the cell that each pixel lies in, NONE where it lies in none; and what is counted of cells.
+//@ needs shared/cells shared/counters shared/surface
+//@ writes owners
 
 // Levels from pixels to the coarsest cells.
 const LEVELS: u32 = 8u;

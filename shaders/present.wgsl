@@ -1,4 +1,5 @@
 // Writes the image to the caller's texture, as a triangle that covers it.
+//@ reads image
 
 @vertex
 fn cover(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4<f32> {

@@ -1,5 +1,7 @@
 // One level of the discontinuity pyramid (halflight-cpu/src/pyramid.rs): the next finer one, and pixel pairs along the seams
 // between a cell's children. An invocation is a pixel on a seam; the largest counts, whose order does not matter.
+//@ needs shared/pyramid shared/surface
+//@ reads position
 
 @compute @workgroup_size(64)
 fn level(

@@ -1,4 +1,6 @@
 // What each pixel's centre sees of its triangle, as in halflight-cpu/src/gbuffer.rs.
+//@ reads triangles faces materials uvs textures ids
+//@ writes position normal albedo
 
 struct Material {
     albedo: vec3<f32>,

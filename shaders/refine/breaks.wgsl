@@ -1,4 +1,6 @@
 // Silhouettes, steps and concave creases between neighbouring pixels, as one light has them.
+//@ needs shared/breaks shared/rise
+//@ writes breaks
 
 // Steps higher than this many pixels have nothing in common with what is behind them.
 const FAR_STEP: f32 = 32.0;

@@ -1,4 +1,5 @@
 // One level of breaks from the next finer one.
+//@ writes breaks
 
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(global_invocation_id) at: vec3<u32>) {

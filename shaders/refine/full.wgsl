@@ -1,4 +1,6 @@
 // Every receiver asks for a full mask. Tiles of 8 × 8 pixels, whose receivers see nearly the same, stay together.
+//@ needs shared/append shared/query_mask shared/surface
+//@ writes samples owners
 
 @compute @workgroup_size(8, 8)
 fn full(
@@ -15,14 +17,10 @@ fn full(
     }
     let slot = append(lane, asks, QUERIES, frame.capacity);
     if lane == 0u {
-        let bucket = TALLY + PER_LEVEL * BUCKETS + (workgroup.x + 7u * workgroup.y) % BUCKETS;
-        atomicAdd(&counters[bucket], appended());
+        atomicAdd(&counters[pixel_bucket(workgroup)], appended());
     }
     if slot == NONE {
         return;
     }
-    queries[slot] = Query(pixel, pattern_key(pixel, pixel), frame.pattern.count, pixel);
-    for (var word = 0u; word < frame.pattern.words; word++) {
-        wanted[slot * frame.pattern.words + word] = full_word(word);
-    }
+    ask_all(slot, pixel);
 }

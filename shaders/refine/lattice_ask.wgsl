@@ -1,5 +1,7 @@
 // Asks for the masks of corners of cells that wait for them, where nobody has asked before. An invocation is a corner of the
 // level's cells, in tiles of 8 × 8.
+//@ needs shared/append shared/cells shared/query_mask shared/surface
+//@ writes cells
 
 @compute @workgroup_size(8, 8)
 fn ask(
@@ -12,17 +14,13 @@ fn ask(
     let asks = is_wanted(at.xy) && is_receiver(pixel) && cells[pixel].slot == 0u;
     let slot = append(lane, asks, QUERIES, frame.capacity);
     if lane == 0u {
-        let bucket = TALLY + PER_LEVEL * BUCKETS + (workgroup.x + 7u * workgroup.y) % BUCKETS;
-        atomicAdd(&counters[bucket], appended());
+        atomicAdd(&counters[pixel_bucket(workgroup)], appended());
     }
     if slot == NONE {
         return;
     }
     cells[pixel].slot = 1u;
-    queries[slot] = Query(pixel, pattern_key(pixel, pixel), frame.pattern.count, pixel);
-    for (var word = 0u; word < frame.pattern.words; word++) {
-        wanted[slot * frame.pattern.words + word] = full_word(word);
-    }
+    ask_all(slot, pixel);
 }
 
 // Whether one of the cells around a corner waits for it. Of corners that coincide at the image's border the first asks.

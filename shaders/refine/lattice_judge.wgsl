@@ -1,4 +1,5 @@
 // Keeps the cells that can be interpolated over and splits the others, by their corners' visible fractions.
+//@ needs shared/children shared/fractions shared/inside shared/place
 
 @compute @workgroup_size(8, 8)
 fn judge(@builtin(global_invocation_id) at: vec3<u32>) {

@@ -1,4 +1,5 @@
 // What can be said about pending cells without their corners' masks.
+//@ needs shared/children shared/corners shared/inside
 
 @compute @workgroup_size(8, 8)
 fn look(@builtin(global_invocation_id) at: vec3<u32>) {

@@ -1,4 +1,5 @@
 // Splits kept cells that corners of finer ones contradict where they meet.
+//@ needs shared/children shared/fractions
 
 @compute @workgroup_size(8, 8)
 fn mend(@builtin(global_invocation_id) at: vec3<u32>) {

@@ -1,4 +1,6 @@
 // Visible fractions and values of the pixels that have just been traced.
+//@ needs shared/at_hand shared/sums
+//@ writes samples fractions
 
 // What is interpolated: 0 irradiance, 1 the visible fraction.
 override SHADING: u32 = 1u;
@@ -9,8 +11,8 @@ fn value(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let query = atomicLoad(&counters[FIRST]) + invocation(workgroup, workgroups, lane);
-    if query >= atomicLoad(&counters[END]) {
+    let query = query_of(invocation(workgroup, workgroups, lane));
+    if query == NONE {
         return;
     }
     let pixel = queries[query].pixel;

@@ -1,5 +1,7 @@
 // Decides which pending cells are rendered at this level (Nichols10 §3.4); the others go to the next level, are unlit or hold
 // nothing.
+//@ needs shared/append shared/children shared/place shared/pyramid shared/query_mask
+//@ writes samples
 
 override INTERLEAVED: bool = false;
 
@@ -9,7 +11,7 @@ fn choose(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let cell = cell_of(invocation(workgroup, workgroups, lane), frame.level);
+    let cell = cell_of(invocation(workgroup, workgroups, lane));
     var pixel = NONE;
     if cell.y < level_size(frame.level).y {
         pixel = chosen(cell);

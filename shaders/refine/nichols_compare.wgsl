@@ -1,4 +1,7 @@
 // Flags rendered cells whose neighbourhood shows an illumination discontinuity.
+//@ needs shared/at_hand shared/query shared/votes
+//@ reads queries
+//@ writes cells
 
 @compute @workgroup_size(64)
 fn compare(
@@ -6,12 +9,12 @@ fn compare(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let query = atomicLoad(&counters[FIRST]) + invocation(workgroup, workgroups, lane);
-    if query >= atomicLoad(&counters[END]) {
+    let query = query_of(invocation(workgroup, workgroups, lane));
+    if query == NONE {
         return;
     }
     let index = queries[query].place;
-    let cell = cell_of(index - level_first(frame.level), frame.level);
+    let cell = cell_of(index - level_first(frame.level));
     var changed = 0u;
     for (var word = 0u; word < frame.pattern.words; word++) {
         let votes = votes_around(frame.level, cell, word);

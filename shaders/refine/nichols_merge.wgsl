@@ -1,4 +1,7 @@
 // Puts the bits that were taken over into the masks that came back.
+//@ needs shared/at_hand
+//@ reads reused
+//@ writes wanted visible
 
 @compute @workgroup_size(64)
 fn merge(
@@ -6,8 +9,8 @@ fn merge(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let query = atomicLoad(&counters[FIRST]) + invocation(workgroup, workgroups, lane);
-    if query >= atomicLoad(&counters[END]) {
+    let query = query_of(invocation(workgroup, workgroups, lane));
+    if query == NONE {
         return;
     }
     for (var word = 0u; word < frame.pattern.words; word++) {

@@ -1,4 +1,7 @@
 // Takes bits over on which the coarser neighbourhood agrees (Nichols10 §3.3.2): an invocation for every query of the level.
+//@ needs shared/at_hand shared/query shared/votes
+//@ reads queries
+//@ writes wanted reused
 
 @compute @workgroup_size(64)
 fn reuse(
@@ -6,11 +9,11 @@ fn reuse(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let query = atomicLoad(&counters[FIRST]) + invocation(workgroup, workgroups, lane);
-    if query >= atomicLoad(&counters[END]) {
+    let query = query_of(invocation(workgroup, workgroups, lane));
+    if query == NONE {
         return;
     }
-    let cell = cell_of(queries[query].place - level_first(frame.level), frame.level);
+    let cell = cell_of(queries[query].place - level_first(frame.level));
     // A cell whose parent was not rendered knows its neighbours' masks only, which may lie on other surfaces.
     var known_there = false;
     if frame.level < frame.coarsest {

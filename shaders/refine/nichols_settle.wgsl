@@ -1,4 +1,6 @@
 // Keeps the rendered cells that are good enough and passes the children of the others on.
+//@ needs shared/at_hand shared/children shared/pyramid shared/query
+//@ writes queries
 
 // Refine the neighbours of refined cells too, diagonal ones included.
 override DIAGONAL: bool = false;
@@ -9,12 +11,12 @@ fn settle(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let query = atomicLoad(&counters[FIRST]) + invocation(workgroup, workgroups, lane);
-    if query >= atomicLoad(&counters[END]) {
+    let query = query_of(invocation(workgroup, workgroups, lane));
+    if query == NONE {
         return;
     }
     let index = queries[query].place;
-    let cell = cell_of(index - level_first(frame.level), frame.level);
+    let cell = cell_of(index - level_first(frame.level));
     if frame.level > 0u {
         let flagged = is_flagged(cell, index);
         let broken =

@@ -1,4 +1,6 @@
 // Splits pending cells by geometry, keeps unlit ones, and asks for the masks of the others' sub-fragments (Koa17 §3.3).
+//@ needs shared/append shared/children shared/place shared/pyramid shared/query_mask
+//@ writes samples
 
 @compute @workgroup_size(64)
 fn classify(
@@ -6,7 +8,7 @@ fn classify(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let cell = cell_of(invocation(workgroup, workgroups, lane), frame.level);
+    let cell = cell_of(invocation(workgroup, workgroups, lane));
     var asks = false;
     if cell.y < level_size(frame.level).y {
         asks = is_tested(cell);

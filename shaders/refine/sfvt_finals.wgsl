@@ -1,4 +1,6 @@
 // Full masks of single pixels: level-0 cells, and further samples of larger ones. In tiles of 8 × 8.
+//@ needs shared/append shared/cells shared/place shared/query_mask
+//@ writes samples cells
 
 @compute @workgroup_size(8, 8)
 fn finals(@builtin(global_invocation_id) at: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
@@ -17,8 +19,5 @@ fn finals(@builtin(global_invocation_id) at: vec3<u32>, @builtin(local_invocatio
     if slot == NONE {
         return;
     }
-    queries[slot] = Query(pixel, pattern_key(pixel, pixel), frame.pattern.count, pixel);
-    for (var word = 0u; word < frame.pattern.words; word++) {
-        wanted[slot * frame.pattern.words + word] = full_word(word);
-    }
+    ask_all(slot, pixel);
 }

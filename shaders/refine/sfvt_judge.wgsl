@@ -1,4 +1,7 @@
 // Judges tested cells by their masks: keeps, blackens or splits (Koa17 §3.3.4–3.3.6, §3.4).
+//@ needs shared/children shared/counters shared/query
+//@ reads wanted visible
+//@ writes queries samples
 
 // Write 0 where no sub-fragment sees any light.
 override DARK_CULLING: bool = true;
@@ -25,7 +28,7 @@ fn judge(
         return;
     }
     let index = queries[first].place;
-    let cell = cell_of(index - level_first(frame.level), frame.level);
+    let cell = cell_of(index - level_first(frame.level));
     var ring = RING;
     var differing = 0u;
     var any_visible = 0u;

@@ -1,4 +1,6 @@
 // Values of the cells that were kept, from all their queries.
+//@ needs shared/counters shared/sums
+//@ writes samples
 
 // What is interpolated: 0 irradiance, 1 the visible fraction.
 override SHADING: u32 = 1u;

@@ -1,4 +1,5 @@
 // Stream compaction: the invocations of a workgroup of 64 that want a slot get consecutive ones, in their order.
+//@ needs shared/counters
 
 var<workgroup> append_marks: array<atomic<u32>, 2>;
 var<workgroup> append_first: u32;
@@ -30,6 +31,11 @@ fn append(lane: u32, wants: bool, counter: u32, capacity: u32) -> u32 {
         return NONE;
     }
     return slot;
+}
+
+// Where a workgroup counts its samples at pixels.
+fn pixel_bucket(workgroup: vec3<u32>) -> u32 {
+    return TALLY + PER_LEVEL * BUCKETS + (workgroup.x + 7u * workgroup.y) % BUCKETS;
 }
 
 // How many of the workgroup wanted one.

@@ -1,4 +1,5 @@
 // Sizes of dispatches that the device finds.
+//@ writes arguments
 
 // Workgroups along one side at most.
 const SIDE: u32 = 65535u;

@@ -1,4 +1,5 @@
 // What is known of a cell, level by level.
+//@ reads cells
 
 struct Cell {
     state: u32,
@@ -24,8 +25,8 @@ const DONE: u32 = 6u;
 const KEPT: u32 = 1u;
 const KEPT_MORE: u32 = 2u;
 
-// The cell of a number within its level.
-fn cell_of(number: u32, level: u32) -> vec2<u32> {
-    let columns = level_size(level).x;
+// The cell of a number within the level at hand.
+fn cell_of(number: u32) -> vec2<u32> {
+    let columns = level_size(frame.level).x;
     return vec2(number % columns, number / columns);
 }

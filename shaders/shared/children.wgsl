@@ -1,3 +1,6 @@
+//@ needs shared/cells
+//@ writes cells
+
 // Passes the four children of a cell on.
 fn mark_children(level: u32, cell: vec2<u32>, state: u32) {
     let size = level_size(level - 1u);

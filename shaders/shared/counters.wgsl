@@ -1,4 +1,5 @@
 // Places in `counters`. Those from TALLY on are spread over BUCKETS each, so that workgroups do not queue up at one address.
+//@ writes counters
 
 // Cells that have asked so far.
 const QUERIES: u32 = 0u;

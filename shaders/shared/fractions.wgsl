@@ -1,4 +1,6 @@
 // Visible fractions of pixels: their bits plus one, or 0 where there is none or nobody has asked. Below 0 stands for none.
+//@ needs shared/corners
+//@ reads fractions
 
 fn fraction_at(pixel: u32) -> f32 {
     let bits = fractions[pixel];

@@ -1,3 +1,6 @@
+//@ needs shared/breaks
+//@ reads breaks
+
 // What lies between the pixels of a cell, with those of its corners that belong to the cells right of and below it.
 fn breaks_inside(level: u32, cell: vec2<u32>) -> u32 {
     if level == 0u {

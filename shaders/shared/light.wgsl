@@ -1,4 +1,5 @@
 // Light samples and what they add, as in halflight-cpu/src/samples.rs.
+//@ needs shared/hash
 
 const GRID: u32 = 0u;
 const SHIFTED_ROWS: u32 = 1u;

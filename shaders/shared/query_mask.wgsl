@@ -1,4 +1,6 @@
 // Masks that ask.
+//@ needs shared/hash shared/query
+//@ writes queries wanted
 
 // A word of a mask that has all samples.
 fn full_word(word: u32) -> u32 {
@@ -7,6 +9,14 @@ fn full_word(word: u32) -> u32 {
         return NONE;
     }
     return (1u << left) - 1u;
+}
+
+// A pixel's query for all samples.
+fn ask_all(slot: u32, pixel: u32) {
+    queries[slot] = Query(pixel, pattern_key(pixel, pixel), frame.pattern.count, pixel);
+    for (var word = 0u; word < frame.pattern.words; word++) {
+        wanted[slot * frame.pattern.words + word] = full_word(word);
+    }
 }
 
 // Which of four receivers traces a sample when they share a pattern: every other column of every other row.

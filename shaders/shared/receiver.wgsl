@@ -1,4 +1,6 @@
 // Where shadow rays start. `position` holds points and depths (below 0 where nothing is seen).
+//@ needs shared/surface
+//@ reads position
 
 struct Receiver {
     // Moved off the surface.

@@ -1,4 +1,5 @@
 // Whether one surface point rises above another's tangent plane (halflight-cpu/src/rise.rs).
+//@ needs shared/receiver
 
 struct Rises {
     // Heights above each other's tangent planes, metres.

@@ -1,4 +1,6 @@
 // Sums over light samples, in the order of lanes that the CPU has.
+//@ needs shared/light shared/query shared/receiver
+//@ reads queries wanted visible
 
 struct Sums {
     // Geometry terms of the visible samples, and of all.

@@ -1,4 +1,5 @@
 // Whether two pixels see the same surface (halflight-cpu/src/upsample/surface.rs).
+//@ needs shared/receiver
 
 struct Tangent {
     point: vec3<f32>,

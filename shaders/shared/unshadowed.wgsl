@@ -3,6 +3,7 @@
 // Lambert's formula cancels where the light is small in the sky, and shading languages have no double precision to rely on.
 // There the light is cut into triangles, clipped to the horizon, and integrated by cubature: what the formula cannot do in
 // single precision is easy for a polynomial, since the integrand hardly varies.
+//@ needs shared/light
 
 const PI: f32 = 3.14159265358979;
 

@@ -1,4 +1,6 @@
 // What the masks of a neighbourhood say about 32 light samples: seen lit by one of them, seen unlit by one of them.
+//@ needs shared/cells
+//@ reads wanted visible
 
 override INTERLEAVED: bool = false;
 

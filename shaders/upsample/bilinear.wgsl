@@ -1,4 +1,7 @@
 // One level of multi-pass bilinear upsampling (Nichols10 §3.4); the last one writes pixels.
+//@ needs shared/counters shared/query shared/tangent
+//@ reads samples owners
+//@ writes plane texels
 
 struct Texel {
     // Below 0 where not computed.

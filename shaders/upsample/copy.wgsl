@@ -1,4 +1,7 @@
 // Pixels that all have samples of their own: every upsampler leaves them as they are.
+//@ needs shared/query shared/surface
+//@ reads samples
+//@ writes plane
 
 @compute @workgroup_size(8, 8)
 fn copy(@builtin(global_invocation_id) at: vec3<u32>) {

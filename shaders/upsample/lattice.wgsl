@@ -1,22 +1,8 @@
 // Bilinear between the corners of cells (halflight-cpu/src/upsample/lattice.rs).
+//@ needs shared/corners upsample/pixels
 
-@compute @workgroup_size(8, 8)
-fn lattice(@builtin(global_invocation_id) at: vec3<u32>) {
-    if at.x >= frame.width || at.y >= frame.height {
-        return;
-    }
-    let pixel = at.y * frame.width + at.x;
-    let level = owners[pixel];
-    if level == NONE || !is_receiver(pixel) {
-        plane[pixel] = 0.0;
-    } else if level == 0u {
-        plane[pixel] = max(samples[pixel].value, 0.0);
-    } else {
-        plane[pixel] = value_at(at.xy, corners_of(level, at.xy >> vec2(level)));
-    }
-}
-
-fn value_at(at: vec2<u32>, corners: Corners) -> f32 {
+fn value_at(at: vec2<u32>, owner: Owner) -> f32 {
+    let corners = corners_of(owner.level, owner.cell);
     var values = vec4(-1.0);
     var low = 3e38;
     var high = -3e38;

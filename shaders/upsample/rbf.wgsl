@@ -1,8 +1,8 @@
 // Gaussian radial basis functions (Koa16 §3.1.5, Koa17 §3.6), as in halflight-cpu/src/upsample/rbf.rs.
+//@ needs shared/further upsample/pixels
 
 override VARIANCE: f32 = 2.0;
 override REACH: f32 = 2.0;
-override COPIED_LEVEL: u32 = 2u;
 // Whether the variance follows the samples' levels.
 override ADAPTIVE: bool = false;
 
@@ -38,24 +38,6 @@ var<private> chosen_count: u32;
 var<private> best: Basis;
 var<private> found: bool;
 var<private> looked_at: u32;
-
-@compute @workgroup_size(8, 8)
-fn rbf(@builtin(global_invocation_id) at: vec3<u32>) {
-    if at.x >= frame.width || at.y >= frame.height {
-        return;
-    }
-    let pixel = at.y * frame.width + at.x;
-    let owner = owner_at(at.xy);
-    if owner.level == NONE || !is_receiver(pixel) {
-        plane[pixel] = 0.0;
-        return;
-    }
-    if owner.level <= COPIED_LEVEL {
-        plane[pixel] = max(samples[owner_place(owner)].value, 0.0);
-        return;
-    }
-    plane[pixel] = value_at(at.xy, owner);
-}
 
 fn value_at(at: vec2<u32>, owner: Owner) -> f32 {
     let size = 1u << owner.level;

@@ -2,6 +2,8 @@
 //
 // The CPU gathers the samples around a piece of a cell, the part in a tile of 8 × 8, and fits its pixels one by one. Here each
 // pixel walks around its piece by itself and adds up what it meets, in the same order.
+//@ needs shared/further shared/tangent upsample/pixels
+//@ reads trusts
 
 // Radius of a sample's influence, in units of the spacing of samples in its cell.
 override RADIUS: f32 = 2.0;
@@ -36,30 +38,6 @@ const OWN: u32 = 0u;
 const AROUND: u32 = 1u;
 const WIDE: u32 = 2u;
 
-@compute @workgroup_size(8, 8)
-fn robust(@builtin(global_invocation_id) at: vec3<u32>) {
-    if at.x >= frame.width || at.y >= frame.height {
-        return;
-    }
-    let pixel = at.y * frame.width + at.x;
-    let owner = owner_at(at.xy);
-    if owner.level == NONE || !is_receiver(pixel) {
-        plane[pixel] = 0.0;
-        return;
-    }
-    if owner.level == 0u {
-        // Where no value exists the light is below the horizon, and so is all that is multiplied with it.
-        plane[pixel] = max(samples[pixel].value, 0.0);
-        return;
-    }
-    let exact = exact_value(owner, pixel);
-    if exact >= 0.0 {
-        plane[pixel] = exact;
-        return;
-    }
-    plane[pixel] = fitted(at.xy, owner);
-}
-
 // The value of a pixel that is one of its cell's further samples; below 0 where it is not.
 fn exact_value(owner: Owner, pixel: u32) -> f32 {
     for (var number = 0u; number < further_count(owner); number++) {
@@ -70,12 +48,17 @@ fn exact_value(owner: Owner, pixel: u32) -> f32 {
     return NO_VALUE;
 }
 
-fn fitted(at: vec2<u32>, owner: Owner) -> f32 {
+fn value_at(at: vec2<u32>, owner: Owner) -> f32 {
+    let pixel = at.y * frame.width + at.x;
+    let exact = exact_value(owner, pixel);
+    if exact >= 0.0 {
+        return exact;
+    }
     let rect = owner_rect(owner);
     let tile = at & vec2(0xfffffff8u);
     piece = Rect(max(rect.first, tile), min(rect.last, tile + 8u));
     pixel_at = vec2<f32>(at) + 0.5;
-    own = tangent_at(at.y * frame.width + at.x);
+    own = tangent_at(pixel);
     sums = array<f32, 9>();
     low = 3e38;
     high = -3e38;

@@ -1,4 +1,7 @@
 // How far the sample of a cell stands for one surface (halflight-cpu/src/upsample/nearby.rs). Cells of one level.
+//@ needs shared/cells shared/query shared/tangent
+//@ reads samples
+//@ writes trusts
 
 // Weight of a sample whose cell lies on several surfaces: it only counts where there is no other.
 const MIXED: f32 = 1e-4;

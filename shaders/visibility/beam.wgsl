@@ -1,6 +1,9 @@
 // Masks of 64 neighbouring receivers by the triangles in the shaft between them and the light, which are gathered once for all.
 // An empty shaft proves that all of them see all of the light. Where there is no room for the triangles, receivers are left to
 // rays.
+//@ needs shared/counters shared/query visibility/horizon visibility/triangle
+//@ reads nodes queries
+//@ writes wanted visible spilled
 
 // Where traced rays are counted: 0 to refine, 1 for irradiance alone.
 override PURPOSE: u32 = 1u;

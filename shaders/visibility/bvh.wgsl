@@ -1,6 +1,8 @@
 // Any-hit traversal of obvhs's compressed wide hierarchy (Ylitie et al. 2017).
 //
 // The fixed function of a visibility module is `occluded`: whether the open segment between two points meets a triangle.
+//@ needs visibility/triangle
+//@ reads nodes
 
 // Levels of the hierarchy at most; deeper ones are refused when a scene is uploaded.
 const STACK: u32 = 32u;

@@ -1,4 +1,5 @@
 // Which rays are worth it.
+//@ needs shared/light shared/receiver
 
 // Whether a sample lies above both horizons. Between the corners all of the light is above the receiver's if they are.
 fn adds_light(receiver: Receiver, end: vec3<f32>) -> bool {

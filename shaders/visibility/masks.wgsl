@@ -1,5 +1,8 @@
 // Answers queries: takes out what lies below a horizon and asks `occluded` for the rest. An invocation is a ray, and those of
 // one receiver are neighbours, so that they go through the same nodes.
+//@ needs shared/counters shared/query visibility/horizon
+//@ reads queries
+//@ writes wanted visible
 
 // Where traced rays are counted: 0 to refine, 1 for irradiance alone.
 override PURPOSE: u32 = 1u;

@@ -1,4 +1,6 @@
 // Size of the dispatch of rays for queries that were left to them.
+//@ needs shared/arguments
+//@ writes spilled
 
 @compute @workgroup_size(1)
 fn spill() {

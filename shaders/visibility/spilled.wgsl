@@ -1,4 +1,5 @@
 // Queries that another backend has left to rays are answered.
+//@ writes spilled
 
 fn query_of(number: u32) -> u32 {
     if number < atomicLoad(&spilled[0]) {

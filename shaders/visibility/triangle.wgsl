@@ -1,4 +1,5 @@
 // Whether a segment meets a triangle.
+//@ reads triangles
 
 // Relative error of a product of two vectors, with what was rounded before: 2⁻²¹, as on the CPU.
 const PRODUCT_ERROR: f32 = 4.76837158203125e-7;

@@ -6,7 +6,7 @@ use halflight::config::PipelineConfig;
 use halflight::frame::{LightSampling, Sharing};
 use halflight::irradiance::Shading;
 use halflight::pattern::PatternKind;
-use halflight_gpu::{Inputs, Inside, Renderer, Surfaces, visibility_module};
+use halflight_gpu::{Inside, Renderer};
 use halflight_tests::Stage;
 
 use crate::device::Bench;
@@ -111,29 +111,26 @@ fn patterns_of_all_kinds_and_sizes_have_the_same_samples() {
 }
 
 /// A wrong shader, by its effect: whether the comparison takes it.
-fn accepts(bench: &Bench, right: &str, wrong: &str) -> bool {
-    let module = visibility_module().unwrap();
-    assert!(module.contains(right));
-    let mut twins = Twins::render(bench, "atrium", &full(80, 60, Shading::Ratio), true);
-    let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
-    let config = full(80, 60, Shading::Ratio);
-    let module = module.replace(right, wrong);
-    twins.gpu = Renderer::with_visibility(device, queue, &twins.stage.scene, &config, &module).unwrap();
-    bench.keep(&twins.gpu, twins.cpu.gbuffer());
-    bench.render(&mut twins.gpu, &Inputs { surfaces: Surfaces::Kept, ..Inputs::default() });
+fn accepts(bench: &Bench, [module, right, wrong]: [&str; 3]) -> bool {
+    let twins = Twins::altered(bench, "atrium", &full(80, 60, Shading::Ratio), [module, right, wrong]);
     compare(bench, &twins).is_ok_and(|(flips, rays)| flips * 100_000 <= rays)
 }
 
 #[test]
 fn wrong_shaders_are_found() {
     let Some(bench) = Bench::open() else { return };
-    assert!(accepts(&bench, "let a = first.xyz - origin;", "let a = first.xyz - (origin);"));
+    let triangle = "visibility/triangle";
+    assert!(accepts(&bench, [triangle, "let a = first.xyz - origin;", "let a = first.xyz - (origin);"]));
     // Boxes that end too early, triangles that are open on one side, and a light half way to the receiver.
-    for (right, wrong) in [
-        ("vec4(1.0)));", "vec4(0.5)));"),
-        ("ca >= 0.0)", "ca >= 1e-3)"),
-        ("let to = dot3(up, first.xyz - end);", "let to = dot3(up, first.xyz - (origin + d * 0.5));"),
+    for altered in [
+        ["visibility/bvh", "vec4(1.0)));", "vec4(0.5)));"],
+        [triangle, "ca >= 0.0)", "ca >= 1e-3)"],
+        [
+            triangle,
+            "let to = dot3(up, first.xyz - end);",
+            "let to = dot3(up, first.xyz - (origin + d * 0.5));",
+        ],
     ] {
-        assert!(!accepts(&bench, right, wrong), "{right}");
+        assert!(!accepts(&bench, altered), "{altered:?}");
     }
 }

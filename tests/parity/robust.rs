@@ -4,7 +4,7 @@ use halflight::config::{PipelineConfig, UpsamplerConfig};
 use halflight::irradiance::Shading;
 use halflight::light::AreaLight;
 use halflight::scene::{Mesh, Scene};
-use halflight_gpu::{GpuError, Inputs, Renderer, Surfaces, visibility_module, wgpu};
+use halflight_gpu::{GpuError, Inputs, Renderer, Surfaces, shader_module, wgpu};
 use halflight_tests::{Stage, blocker_over_floor};
 
 use crate::device::Bench;
@@ -95,7 +95,7 @@ fn what_cannot_be_rendered_is_refused() {
     assert!(matches!(refused(&dark, &config), GpuError::Pipeline(_)));
     let triangulated = PipelineConfig { upsampler: UpsamplerConfig::Delaunay, ..config };
     assert!(matches!(refused(&scene, &triangulated), GpuError::Unsupported { stage: "delaunay", .. }));
-    let module = visibility_module().unwrap().replace("fn occluded", "fn hidden");
+    let module = shader_module("visibility/bvh").unwrap().replace("fn occluded", "fn hidden");
     let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
     let other = Renderer::with_visibility(device, queue, &scene, &config, &module);
     assert!(matches!(other.unwrap_err(), GpuError::Shader { .. }));

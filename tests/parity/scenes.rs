@@ -9,7 +9,7 @@ use halflight::irradiance::{self, Shading};
 use halflight::pattern::{Pattern, PatternKind};
 use halflight::pipeline::Pipeline;
 use halflight::pyramid::Pyramid;
-use halflight_gpu::{Inputs, Renderer, Surfaces};
+use halflight_gpu::{Gpu, Inputs, Renderer, Surfaces, shader_module};
 use halflight_tests::Stage;
 
 use crate::device::Bench;
@@ -70,14 +70,36 @@ impl Twins {
     pub(crate) fn of(bench: &Bench, stage: Stage, config: &PipelineConfig, kept: bool) -> Self {
         let mut cpu = config.builder(stage.scene.clone(), stage.bvh.clone()).build().unwrap();
         cpu.render().unwrap();
-        let mut gpu = Renderer::new(&bench.gpu.device, &bench.gpu.queue, &stage.scene, config).unwrap();
+        let gpu = Renderer::new(&bench.gpu.device, &bench.gpu.queue, &stage.scene, config).unwrap();
+        let mut twins = Self { stage, cpu, gpu };
+        twins.render_gpu(bench, kept);
+        twins
+    }
+
+    /// The same with the CPU's G-buffer and a shader of which a part is another.
+    pub(crate) fn altered(
+        bench: &Bench,
+        scene: &'static str,
+        config: &PipelineConfig,
+        [module, right, wrong]: [&str; 3],
+    ) -> Self {
+        let text = shader_module(module).unwrap();
+        assert!(text.contains(right), "{module}: {right}");
+        let modules = [(module, &*text.replace(right, wrong))];
+        let mut twins = Self::render(bench, scene, config, true);
+        let Gpu { device, queue, .. } = &bench.gpu;
+        twins.gpu = Renderer::with_modules(device, queue, &twins.stage.scene, config, &modules).unwrap();
+        twins.render_gpu(bench, true);
+        twins
+    }
+
+    fn render_gpu(&mut self, bench: &Bench, kept: bool) {
         let surfaces = if kept {
-            bench.keep(&gpu, cpu.gbuffer());
+            bench.keep(&self.gpu, self.cpu.gbuffer());
             Surfaces::Kept
         } else {
             Surfaces::Scene
         };
-        bench.render(&mut gpu, &Inputs { surfaces, ..Inputs::default() });
-        Self { stage, cpu, gpu }
+        bench.render(&mut self.gpu, &Inputs { surfaces, ..Inputs::default() });
     }
 }

@@ -1,66 +1,86 @@
 //! What shaders can bind: each buffer has one number, one name and one type in all of them.
 
-/// Something that a shader binds. The number is its binding in group 0; binding 0 is the uniform `frame`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[repr(u32)]
-pub(crate) enum Slot {
+/// A slot a line, with its name and type in shaders.
+macro_rules! slots {
+    ($(#[doc = $doc:literal] $slot:ident: $name:ident = $kind:literal,)+) => {
+        /// Something that a shader binds. All bindings are in group 0, where binding 0 is the uniform `frame`.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub(crate) enum Slot {
+            $(#[doc = $doc] $slot),+
+        }
+
+        impl Slot {
+            const ALL: &[Self] = &[$(Self::$slot),+];
+
+            /// Its name and type in shaders.
+            fn wgsl(self) -> (&'static str, &'static str) {
+                match self {
+                    $(Self::$slot => (stringify!($name), $kind)),+
+                }
+            }
+        }
+    };
+}
+
+slots! {
     /// Nodes of the hierarchy, five vectors each.
-    Nodes = 1,
+    Nodes: nodes = "array<vec4<u32>>",
     /// Corners of triangles, three vectors each, with the unit normal in the fourth components.
-    Triangles,
+    Triangles: triangles = "array<vec4<f32>>",
     /// A triangle's number in the mesh, and its material.
-    Faces,
+    Faces: faces = "array<vec2<u32>>",
     /// Albedos and textures.
-    Materials,
+    Materials: materials = "array<Material>",
     /// Texture coordinates, three a triangle.
-    Uvs,
+    Uvs: uvs = "array<vec2<f32>>",
     /// All textures, texel by texel.
-    Textures,
+    Textures: textures = "array<vec4<f32>>",
     /// Triangles that pixels see, by their place among [`Slot::Triangles`].
-    Ids,
+    Ids: ids = "texture_2d<u32>",
     /// Points and depths.
-    Position,
+    Position: position = "array<vec4<f32>>",
     /// Normals and triangles' numbers in the mesh.
-    Normal,
+    Normal: normal = "array<vec4<u32>>",
     /// Albedos.
-    Albedo,
+    Albedo: albedo = "array<vec4<f32>>",
     /// Questions to the visibility backend.
-    Queries,
+    Queries: queries = "array<Query>",
     /// Masks of samples that are asked for.
-    Wanted,
+    Wanted: wanted = "array<u32>",
     /// Masks of samples that are seen.
-    Visible,
+    Visible: visible = "array<u32>",
     /// What is counted.
-    Counters,
+    Counters: counters = "array<atomic<u32>>",
     /// Sizes of dispatches.
-    Arguments,
+    Arguments: arguments = "array<u32>",
     /// Values, one a cell, level by level.
-    Samples,
+    Samples: samples = "array<Sample>",
     /// One value a pixel.
-    Plane,
+    Plane: plane = "array<f32>",
     /// The image.
-    Image,
+    Image: image = "array<vec4<f32>>",
     /// Where geometry breaks.
-    Pyramid,
+    Pyramid: pyramid = "array<atomic<u32>>",
     /// What is known of cells, level by level.
-    Cells,
+    Cells: cells = "array<Cell>",
     /// The level of the cell that each pixel lies in.
-    Owners,
+    Owners: owners = "array<u32>",
     /// Mask bits taken over from coarser cells.
-    Reused,
+    Reused: reused = "array<vec2<u32>>",
     /// Values between cells, level by level.
-    Texels,
+    Texels: texels = "array<Texel>",
     /// How far samples stand for one surface.
-    Trusts,
+    Trusts: trusts = "array<f32>",
     /// What parts neighbouring pixels, level by level.
-    Breaks,
+    Breaks: breaks = "array<u32>",
     /// Visible fractions of pixels.
-    Fractions,
+    Fractions: fractions = "array<u32>",
     /// Queries that are left to rays, behind their number.
-    Spilled,
-    /// The caller's points or depths, and normals.
-    GivenPoint,
-    GivenNormal,
+    Spilled: spilled = "array<atomic<u32>>",
+    /// The caller's points or depths.
+    GivenPoint: given_point = "texture_2d<f32>",
+    /// The caller's normals.
+    GivenNormal: given_normal = "texture_2d<f32>",
 }
 
 /// How a shader uses what it binds.
@@ -75,52 +95,27 @@ pub(crate) enum Access {
 impl Slot {
     /// Number of the binding.
     pub(crate) fn binding(self) -> u32 {
-        self as u32
+        self as u32 + 1
     }
 
-    /// Its name and type in shaders.
-    fn wgsl(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Nodes => ("nodes", "array<vec4<u32>>"),
-            Self::Triangles => ("triangles", "array<vec4<f32>>"),
-            Self::Faces => ("faces", "array<vec2<u32>>"),
-            Self::Materials => ("materials", "array<Material>"),
-            Self::Uvs => ("uvs", "array<vec2<f32>>"),
-            Self::Textures => ("textures", "array<vec4<f32>>"),
-            Self::Ids => ("ids", "texture_2d<u32>"),
-            Self::Position => ("position", "array<vec4<f32>>"),
-            Self::Normal => ("normal", "array<vec4<u32>>"),
-            Self::Albedo => ("albedo", "array<vec4<f32>>"),
-            Self::Queries => ("queries", "array<Query>"),
-            Self::Wanted => ("wanted", "array<u32>"),
-            Self::Visible => ("visible", "array<u32>"),
-            Self::Counters => ("counters", "array<atomic<u32>>"),
-            Self::Arguments => ("arguments", "array<u32>"),
-            Self::Samples => ("samples", "array<Sample>"),
-            Self::Plane => ("plane", "array<f32>"),
-            Self::Image => ("image", "array<vec4<f32>>"),
-            Self::Pyramid => ("pyramid", "array<atomic<u32>>"),
-            Self::Cells => ("cells", "array<Cell>"),
-            Self::Owners => ("owners", "array<u32>"),
-            Self::Reused => ("reused", "array<vec2<u32>>"),
-            Self::Texels => ("texels", "array<Texel>"),
-            Self::Trusts => ("trusts", "array<f32>"),
-            Self::Breaks => ("breaks", "array<u32>"),
-            Self::Fractions => ("fractions", "array<u32>"),
-            Self::Spilled => ("spilled", "array<atomic<u32>>"),
-            Self::GivenPoint => ("given_point", "texture_2d<f32>"),
-            Self::GivenNormal => ("given_normal", "texture_2d<f32>"),
-        }
+    /// The one of a name in shaders.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|slot| slot.wgsl().0 == name)
+    }
+
+    /// Whether it is a texture; all others are storage buffers.
+    pub(crate) fn is_texture(self) -> bool {
+        matches!(self, Self::Ids | Self::GivenPoint | Self::GivenNormal)
     }
 
     /// Its declaration in a shader.
     pub(crate) fn declaration(self, access: Access) -> String {
         let (name, kind) = self.wgsl();
         let binding = self.binding();
-        let space = match (self, access) {
-            (Self::Ids | Self::GivenPoint | Self::GivenNormal, _) => "",
-            (_, Access::Read) => "<storage, read>",
-            (_, Access::Write) => "<storage, read_write>",
+        let space = match access {
+            _ if self.is_texture() => "",
+            Access::Read => "<storage, read>",
+            Access::Write => "<storage, read_write>",
         };
         format!("@group(0) @binding({binding}) var{space} {name}: {kind};\n")
     }

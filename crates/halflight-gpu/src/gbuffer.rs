@@ -4,14 +4,14 @@ use crate::GpuError;
 use crate::buffers::Buffers;
 use crate::programs::GBUFFER;
 use crate::recorder::Recorder;
-use crate::stage;
+use crate::stage::{Bindings, Compiler};
 use crate::stats::Timed;
 
 /// Pipeline of the raster pass.
 #[derive(Debug)]
 pub(crate) struct Rasterizer {
     pipeline: wgpu::RenderPipeline,
-    layout: wgpu::BindGroupLayout,
+    bindings: Bindings,
     bound: Option<wgpu::BindGroup>,
 }
 
@@ -19,48 +19,45 @@ impl Rasterizer {
     /// Compiles it.
     ///
     /// # Errors
-    /// A shader cannot be read.
-    pub(crate) fn new(device: &wgpu::Device) -> Result<Self, GpuError> {
-        let (module, layout) = stage::prepare(device, &GBUFFER, wgpu::ShaderStages::VERTEX, None)?;
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(GBUFFER.name),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(GBUFFER.name),
-            layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some(GBUFFER.entry),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            // Depth is inverted: nearer is more.
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: wgpu::TextureFormat::Depth32Float,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::Greater),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("fragment"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                targets: &[Some(wgpu::TextureFormat::R32Uint.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
-        Ok(Self { pipeline, layout, bound: None })
+    /// As [`Compiler::pipeline`].
+    pub(crate) fn new(compiler: &Compiler) -> Result<Self, GpuError> {
+        let stages = wgpu::ShaderStages::VERTEX;
+        let (pipeline, bindings) = compiler.pipeline(&GBUFFER, stages, |module, layout| {
+            compiler.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(GBUFFER.name),
+                layout: Some(layout),
+                vertex: wgpu::VertexState {
+                    module,
+                    entry_point: Some(GBUFFER.entry),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                // Depth is inverted: nearer is more.
+                depth_stencil: Some(wgpu::DepthStencilState {
+                    format: wgpu::TextureFormat::Depth32Float,
+                    depth_write_enabled: Some(true),
+                    depth_compare: Some(wgpu::CompareFunction::Greater),
+                    stencil: wgpu::StencilState::default(),
+                    bias: wgpu::DepthBiasState::default(),
+                }),
+                multisample: wgpu::MultisampleState::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module,
+                    entry_point: Some("fragment"),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    targets: &[Some(wgpu::TextureFormat::R32Uint.into())],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        })?;
+        Ok(Self { pipeline, bindings, bound: None })
     }
 
     /// Binds buffers that are new.
     pub(crate) fn bind(&mut self, device: &wgpu::Device, buffers: &Buffers) {
-        self.bound = Some(stage::bind(device, &GBUFFER, &self.layout, buffers, &[]));
+        self.bound = Some(self.bindings.bind(device, buffers, &[]));
     }
 
     /// Draws all triangles.

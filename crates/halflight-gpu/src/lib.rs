@@ -43,5 +43,5 @@ pub use wgpu;
 pub use error::GpuError;
 pub use gpu::{Gpu, optional_features, required_features, required_limits};
 pub use renderer::{Inputs, Inside, Renderer, Surfaces};
-pub use shader::visibility_module;
+pub use shader::shader_module;
 pub use stats::{GpuStats, PendingStats};

@@ -3,50 +3,47 @@
 use crate::GpuError;
 use crate::buffers::Buffers;
 use crate::programs::PRESENT;
-use crate::stage;
+use crate::stage::{Bindings, Compiler};
 
 /// Pipeline that writes to textures of one format.
 #[derive(Debug)]
 pub(crate) struct Present {
     pub(crate) format: wgpu::TextureFormat,
     pipeline: wgpu::RenderPipeline,
-    layout: wgpu::BindGroupLayout,
+    bindings: Bindings,
 }
 
 impl Present {
     /// Compiles it.
     ///
     /// # Errors
-    /// A shader cannot be read.
-    pub(crate) fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Result<Self, GpuError> {
-        let (module, layout) = stage::prepare(device, &PRESENT, wgpu::ShaderStages::FRAGMENT, None)?;
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(PRESENT.name),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(PRESENT.name),
-            layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("cover"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: None,
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some(PRESENT.entry),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                targets: &[Some(format.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
-        Ok(Self { format, pipeline, layout })
+    /// As [`Compiler::pipeline`].
+    pub(crate) fn new(compiler: &Compiler, format: wgpu::TextureFormat) -> Result<Self, GpuError> {
+        let stages = wgpu::ShaderStages::FRAGMENT;
+        let (pipeline, bindings) = compiler.pipeline(&PRESENT, stages, |module, layout| {
+            compiler.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(PRESENT.name),
+                layout: Some(layout),
+                vertex: wgpu::VertexState {
+                    module,
+                    entry_point: Some("cover"),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: None,
+                multisample: wgpu::MultisampleState::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module,
+                    entry_point: Some(PRESENT.entry),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    targets: &[Some(format.into())],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        })?;
+        Ok(Self { format, pipeline, bindings })
     }
 
     /// Draws the image.
@@ -71,7 +68,7 @@ impl Present {
             ..Default::default()
         });
         render.set_pipeline(&self.pipeline);
-        let bound = stage::bind(device, &PRESENT, &self.layout, buffers, &[]);
+        let bound = self.bindings.bind(device, buffers, &[]);
         render.set_bind_group(0, &bound, &[0]);
         render.draw(0..3, 0..1);
     }

@@ -1,11 +1,4 @@
-//! All shaders: what they are put together from and what they bind.
-
-pub(crate) mod refine;
-pub(crate) mod upsample;
-pub(crate) mod visibility;
-
-use crate::bindings::{Access, Slot};
-use Access::{Read, Write};
+//! All shaders, by their topmost modules. What modules need and bind they say themselves (`shader.rs`).
 
 /// A shader with one entry point, or two for rasterization.
 #[derive(Clone, Copy, Debug)]
@@ -14,128 +7,59 @@ pub(crate) struct Program {
     pub(crate) name: &'static str,
     /// Its entry point; of two, the one that binds something.
     pub(crate) entry: &'static str,
-    /// Files in `shaders/`, in the order in which they are put together. `shared/frame.wgsl` comes before them.
+    /// Files in `shaders/`, without their ending, that nothing else in it needs.
     pub(crate) modules: &'static [&'static str],
-    /// What it binds besides the uniform.
-    pub(crate) slots: &'static [(Slot, Access)],
 }
 
-pub(crate) const GBUFFER: Program = Program {
-    name: "gbuffer",
-    entry: "corner",
-    modules: &["gbuffer.wgsl"],
-    slots: &[(Slot::Triangles, Read)],
-};
+macro_rules! programs {
+    ($($program:ident: $name:literal = $entry:ident in $($module:literal),+;)+) => {
+        $(pub(crate) const $program: Program =
+            Program { name: $name, entry: stringify!($entry), modules: &[$($module),+] };)+
 
-pub(crate) const RESOLVE: Program = Program {
-    name: "resolve",
-    entry: "resolve",
-    modules: &["resolve.wgsl"],
-    slots: &[
-        (Slot::Triangles, Read),
-        (Slot::Faces, Read),
-        (Slot::Materials, Read),
-        (Slot::Uvs, Read),
-        (Slot::Textures, Read),
-        (Slot::Ids, Read),
-        (Slot::Position, Write),
-        (Slot::Normal, Write),
-        (Slot::Albedo, Write),
-    ],
-};
+        /// All of them, for tests.
+        #[cfg(test)]
+        pub(crate) const ALL: &[Program] = &[$($program),+];
+    };
+}
 
-pub(crate) const IMPORT: Program = Program {
-    name: "import",
-    entry: "take",
-    modules: &["import.wgsl"],
-    slots: &[
-        (Slot::GivenPoint, Read),
-        (Slot::GivenNormal, Read),
-        (Slot::Position, Write),
-        (Slot::Normal, Write),
-    ],
-};
+programs! {
+    GBUFFER: "gbuffer" = corner in "gbuffer";
+    RESOLVE: "resolve" = resolve in "resolve";
+    IMPORT: "import" = take in "import";
+    PRESENT: "present" = pixel in "present";
+    DISPATCH: "dispatch" = dispatch in "dispatch";
+    IRRADIANCE: "irradiance" = irradiance in "irradiance";
+    COMPOSE: "compose" = compose in "compose";
 
-pub(crate) const PRESENT: Program =
-    Program { name: "present", entry: "pixel", modules: &["present.wgsl"], slots: &[(Slot::Image, Read)] };
+    PYRAMID: "pyramid" = level in "pyramid";
+    FULL: "full" = full in "refine/full";
+    NICHOLS_CHOOSE: "nichols: choose" = choose in "refine/nichols_choose";
+    NICHOLS_REUSE: "nichols: reuse" = reuse in "refine/nichols_reuse";
+    NICHOLS_MERGE: "nichols: merge" = merge in "refine/nichols_merge";
+    NICHOLS_COMPARE: "nichols: compare" = compare in "refine/nichols_compare";
+    NICHOLS_SETTLE: "nichols: settle" = settle in "refine/nichols_settle";
+    SFVT_CLASSIFY: "sfvt-gass: classify" = classify in "refine/sfvt_classify";
+    SFVT_JUDGE: "sfvt-gass: judge" = judge in "refine/sfvt_judge";
+    SFVT_VALUE: "sfvt-gass: value" = value in "refine/sfvt_value";
+    SFVT_FINALS: "sfvt-gass: finals" = finals in "refine/sfvt_finals";
+    BREAKS: "breaks" = find in "refine/breaks";
+    BREAKS_GATHER: "breaks: gather" = gather in "refine/breaks_gather";
+    LATTICE_LOOK: "lattice: look" = look in "refine/lattice_look";
+    LATTICE_ASK: "lattice: ask" = ask in "refine/lattice_ask";
+    LATTICE_VALUE: "lattice: value" = value in "refine/lattice_value";
+    LATTICE_JUDGE: "lattice: judge" = judge in "refine/lattice_judge";
+    LATTICE_MEND: "lattice: mend" = mend in "refine/lattice_mend";
+    OWNERS: "owners" = own in "owners";
 
-pub(crate) const DISPATCH: Program = Program {
-    name: "dispatch",
-    entry: "dispatch",
-    modules: &["shared/counters.wgsl", "shared/arguments.wgsl", "dispatch.wgsl"],
-    slots: &[(Slot::Counters, Write), (Slot::Arguments, Write)],
-};
+    COPY: "copy" = copy in "upsample/copy";
+    BILINEAR: "bilinear" = bilinear in "upsample/bilinear";
+    RBF: "rbf" = pixels in "upsample/rbf";
+    TRUST: "trust" = trust in "upsample/trust";
+    ROBUST: "rbf-robust" = pixels in "upsample/robust";
+    LATTICE: "lattice" = pixels in "upsample/lattice";
 
-pub(crate) const IRRADIANCE: Program = Program {
-    name: "irradiance",
-    entry: "irradiance",
-    modules: &[
-        "shared/surface.wgsl",
-        "shared/receiver.wgsl",
-        "shared/hash.wgsl",
-        "shared/light.wgsl",
-        "shared/counters.wgsl",
-        "shared/query.wgsl",
-        "shared/sums.wgsl",
-        "irradiance.wgsl",
-    ],
-    slots: &[
-        (Slot::Position, Read),
-        (Slot::Normal, Read),
-        (Slot::Queries, Read),
-        (Slot::Wanted, Read),
-        (Slot::Visible, Read),
-        (Slot::Counters, Write),
-        (Slot::Samples, Write),
-    ],
-};
-
-pub(crate) const COMPOSE: Program = Program {
-    name: "compose",
-    entry: "compose",
-    modules: &[
-        "shared/surface.wgsl",
-        "shared/receiver.wgsl",
-        "shared/hash.wgsl",
-        "shared/light.wgsl",
-        "shared/unshadowed.wgsl",
-        "compose.wgsl",
-    ],
-    slots: &[(Slot::Position, Read), (Slot::Normal, Read), (Slot::Plane, Read), (Slot::Image, Write)],
-};
-
-/// All of them, for tests.
-#[cfg(test)]
-pub(crate) const ALL: &[&[Program]] = &[
-    &[GBUFFER, RESOLVE, IMPORT, PRESENT, DISPATCH, IRRADIANCE, COMPOSE],
-    &[
-        refine::PYRAMID,
-        refine::FULL,
-        refine::NICHOLS_CHOOSE,
-        refine::NICHOLS_REUSE,
-        refine::NICHOLS_MERGE,
-        refine::NICHOLS_COMPARE,
-        refine::NICHOLS_SETTLE,
-        refine::SFVT_CLASSIFY,
-        refine::SFVT_JUDGE,
-        refine::SFVT_VALUE,
-        refine::SFVT_FINALS,
-        refine::BREAKS,
-        refine::BREAKS_GATHER,
-        refine::LATTICE_LOOK,
-        refine::LATTICE_ASK,
-        refine::LATTICE_VALUE,
-        refine::LATTICE_JUDGE,
-        refine::LATTICE_MEND,
-        refine::OWNERS,
-    ],
-    &[
-        upsample::COPY,
-        upsample::BILINEAR,
-        upsample::RBF,
-        upsample::TRUST,
-        upsample::ROBUST,
-        upsample::LATTICE,
-    ],
-    &[visibility::BVH_MASKS, visibility::BEAM, visibility::SPILL, visibility::SPILLED_MASKS],
-];
+    MASKS: "masks" = masks in "visibility/masks", "visibility/bvh", "shared/at_hand";
+    BEAM: "beam" = beam in "visibility/beam", "shared/at_hand";
+    SPILL: "spill" = spill in "visibility/spill";
+    SPILLED_MASKS: "spilled masks" = masks in "visibility/masks", "visibility/bvh", "visibility/spilled";
+}

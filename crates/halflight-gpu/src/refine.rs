@@ -9,9 +9,9 @@ use halflight_cpu::refine::{GeometryThresholds, LatticeConfig, NicholsConfig, Sf
 use crate::GpuError;
 use crate::buffers::Size;
 use crate::frame::{self, Frame, GpuPattern};
-use crate::programs::refine as programs;
+use crate::programs;
 use crate::recorder::{Groups, Recorder};
-use crate::stage::Stage;
+use crate::stage::{Compiler, Stage};
 use crate::stats::Timed;
 use crate::visibility::Visibility;
 
@@ -100,10 +100,10 @@ impl Refine {
     /// Compiles the passes of a configuration's refiner.
     ///
     /// # Errors
-    /// It does not exist here, or a shader cannot be read.
-    pub(crate) fn new(device: &wgpu::Device, config: &PipelineConfig) -> Result<Self, GpuError> {
+    /// It does not exist here, or a shader cannot be compiled.
+    pub(crate) fn new(compiler: &Compiler, config: &PipelineConfig) -> Result<Self, GpuError> {
         let shading = ("SHADING", flag(config.shading == Shading::Ratio));
-        let stage = |program, constants: &[(&str, f64)]| Stage::new(device, program, constants);
+        let stage = |program, constants: &[(&str, f64)]| compiler.stage(program, constants);
         match config.refiner {
             RefinerConfig::Full => Ok(Self::Full(stage(programs::FULL, &[])?)),
             RefinerConfig::Nichols(config) => {

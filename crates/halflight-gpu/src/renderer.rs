@@ -4,7 +4,7 @@ use halflight_core::frame::LightSampling;
 use halflight_core::light::AreaLight;
 use halflight_core::pattern::Pattern;
 use halflight_core::scene::{Camera, Scene};
-use halflight_cpu::config::PipelineConfig;
+use halflight_cpu::config::{PipelineConfig, VisibilityConfig};
 use halflight_cpu::irradiance::Shading;
 use halflight_cpu::pipeline::{MAX_SIZE, PipelineError, check_scene};
 
@@ -18,7 +18,8 @@ use crate::programs;
 use crate::recorder::{Groups, Recorder};
 use crate::refine::{Refine, Tracer};
 use crate::scene::SceneBuffers;
-use crate::stage::Stage;
+use crate::shader::shader_module;
+use crate::stage::{Compiler, Stage};
 use crate::stats::{Clock, PendingStats, Timed};
 use crate::upsample::Upsample;
 use crate::visibility::Visibility;
@@ -118,13 +119,13 @@ impl Renderer {
         scene: &Scene,
         config: &PipelineConfig,
     ) -> Result<Self, GpuError> {
-        Self::build(device, queue, scene, config, None)
+        Self::with_modules(device, queue, scene, config, &[])
     }
 
-    /// The same with a backend from outside: `module` is WGSL with a function
+    /// The same with a visibility backend from outside, in the place of the configured one: `module` is WGSL with a function
     /// `fn occluded(origin: vec3<f32>, end: vec3<f32>) -> bool`, which says whether the open segment between two points meets
-    /// anything. It may use the scene's `nodes` and `triangles`; [`visibility_module`](crate::visibility_module)
-    /// shows how.
+    /// anything. A line `//@ reads nodes triangles` gives it the scene's hierarchy and corners, `visibility/bvh` in
+    /// [`shader_module`](crate::shader_module) shows how these are laid out.
     ///
     /// # Errors
     /// As [`Renderer::new`]; and where the module does not compile, with the compiler's message.
@@ -135,19 +136,27 @@ impl Renderer {
         config: &PipelineConfig,
         module: &str,
     ) -> Result<Self, GpuError> {
-        Self::build(device, queue, scene, config, Some(module))
+        let config = PipelineConfig { visibility: VisibilityConfig::Bvh, ..*config };
+        Self::with_modules(device, queue, scene, &config, &[("visibility/bvh", module)])
     }
 
-    fn build(
+    /// The same with any other modules in the place of those of the same names: see [`shader_module`](crate::shader_module).
+    ///
+    /// # Errors
+    /// As [`Renderer::with_visibility`]; and where there is no module of a name.
+    pub fn with_modules(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         scene: &Scene,
         config: &PipelineConfig,
-        visibility: Option<&str>,
+        modules: &[(&str, &str)],
     ) -> Result<Self, GpuError> {
+        for (name, _) in modules {
+            shader_module(name)?;
+        }
         check_scene(scene)?;
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
-        let stages = Stages::new(device, scene, config, visibility)?;
+        let stages = Stages::new(&Compiler { device, replaced: modules }, scene, config)?;
         let buffers = SceneBuffers::new(device, scene)?;
         let size = stages.size(config.width, config.height, pattern, scene.lights.len())?;
         let mut renderer = Self {
@@ -289,7 +298,7 @@ impl Renderer {
     ) -> Result<(), GpuError> {
         let present = match self.present.take().filter(|present| present.format == format) {
             Some(present) => present,
-            None => Present::new(&self.device, format)?,
+            None => Present::new(&Compiler { device: &self.device, replaced: &[] }, format)?,
         };
         present.record(&self.device, encoder, &self.buffers, target);
         self.present = Some(present);
@@ -313,26 +322,22 @@ impl Renderer {
 }
 
 impl Stages {
-    fn new(
-        device: &wgpu::Device,
-        scene: &Scene,
-        config: &PipelineConfig,
-        visibility: Option<&str>,
-    ) -> Result<Self, GpuError> {
+    fn new(compiler: &Compiler, scene: &Scene, config: &PipelineConfig) -> Result<Self, GpuError> {
         let shading = [("SHADING", if config.shading == Shading::Ratio { 1.0 } else { 0.0 })];
-        let take = |depth: f64| Stage::new(device, programs::IMPORT, &[("DEPTH", depth)]);
+        let stage = |program, constants: &[(&str, f64)]| compiler.stage(program, constants);
+        let take = |depth: f64| stage(programs::IMPORT, &[("DEPTH", depth)]);
         Ok(Self {
-            refine: Refine::new(device, config)?,
-            upsample: Upsample::new(device, config)?,
-            rasterize: Rasterizer::new(device)?,
-            resolve: Stage::new(device, programs::RESOLVE, &[])?,
+            refine: Refine::new(compiler, config)?,
+            upsample: Upsample::new(compiler, config)?,
+            rasterize: Rasterizer::new(compiler)?,
+            resolve: stage(programs::RESOLVE, &[])?,
             take: [take(0.0)?, take(1.0)?],
             tracer: Tracer {
-                dispatch: Stage::new(device, programs::DISPATCH, &[])?,
-                visibility: Visibility::new(device, scene, config, visibility)?,
-                irradiance: Stage::new(device, programs::IRRADIANCE, &shading)?,
+                dispatch: stage(programs::DISPATCH, &[])?,
+                visibility: Visibility::new(compiler, scene, config)?,
+                irradiance: stage(programs::IRRADIANCE, &shading)?,
             },
-            compose: Stage::new(device, programs::COMPOSE, &shading)?,
+            compose: stage(programs::COMPOSE, &shading)?,
         })
     }
 

@@ -1,135 +1,167 @@
 //! Shader sources, put together.
+//!
+//! A module begins with what it needs and binds: `//@ needs` names files in `shaders/` without their ending, `//@ reads` and
+//! `//@ writes` name slots.
 
 use std::borrow::Cow;
 
 use crate::GpuError;
+use crate::bindings::{Access, Slot};
 use crate::programs::Program;
 
-/// The source of a program: the uniform, its modules and the declarations of what it binds.
-///
-/// `visibility` takes the place of the module that walks the hierarchy.
-///
-/// # Errors
-/// A file cannot be read, where shaders are read from disk.
-pub(crate) fn source(program: &Program, visibility: Option<&str>) -> Result<String, GpuError> {
-    let mut text = String::new();
-    for name in std::iter::once("shared/frame.wgsl").chain(program.modules.iter().copied()) {
-        match visibility {
-            Some(_) if name == TRIANGLE => {}
-            Some(other) if name == BVH => text.push_str(other),
-            _ => text.push_str(&module(name)?),
+/// Texts that take the place of modules, by name.
+pub(crate) type Replaced<'a> = [(&'a str, &'a str)];
+
+/// A program put together.
+#[derive(Debug, Default)]
+pub(crate) struct Shader {
+    pub(crate) text: String,
+    /// What it binds besides the uniform, in the order of bindings.
+    pub(crate) slots: Vec<(Slot, Access)>,
+}
+
+impl Shader {
+    /// The uniform, the program's modules with all that these need, and declarations of what they bind. The order does not
+    /// matter in WGSL.
+    ///
+    /// # Errors
+    /// A file cannot be read, or names a module or a slot that does not exist.
+    pub(crate) fn new(program: &Program, replaced: &Replaced) -> Result<Self, GpuError> {
+        let mut shader = Self::default();
+        let mut names = vec!["shared/frame".to_owned()];
+        names.extend(program.modules.iter().map(|&name| name.to_owned()));
+        let mut next = 0;
+        while let Some(name) = names.get(next).cloned() {
+            next += 1;
+            let text = match replaced.iter().find(|(known, _)| *known == name) {
+                Some(&(_, text)) => Cow::Borrowed(text),
+                None => shader_module(&name)?,
+            };
+            for line in text.lines().filter_map(|line| line.strip_prefix("//@ ")) {
+                let (verb, rest) = line.split_once(' ').unwrap_or((line, ""));
+                for word in rest.split_whitespace() {
+                    let slot = Slot::named(word);
+                    match (verb, slot) {
+                        ("needs", _) if names.iter().any(|known| known == word) => {}
+                        ("needs", _) => names.push(word.to_owned()),
+                        ("reads", Some(slot)) => shader.bind(slot, Access::Read),
+                        ("writes", Some(slot)) => shader.bind(slot, Access::Write),
+                        _ => {
+                            let reason = format!("there is nothing that it {verb} called `{word}`");
+                            return Err(GpuError::Shader { name, reason });
+                        }
+                    }
+                }
+            }
+            shader.text.push_str(&text);
+        }
+        shader.slots.sort_by_key(|&(slot, _)| slot);
+        for &(slot, access) in &shader.slots {
+            shader.text.push_str(&slot.declaration(access));
+        }
+        Ok(shader)
+    }
+
+    fn bind(&mut self, slot: Slot, access: Access) {
+        match self.slots.iter_mut().find(|(known, _)| *known == slot) {
+            Some((_, known)) if access == Access::Write => *known = access,
+            Some(_) => {}
+            None => self.slots.push((slot, access)),
         }
     }
-    for &(slot, access) in program.slots {
-        text.push_str(&slot.declaration(access));
-    }
-    Ok(text)
 }
 
-/// The module that walks the hierarchy.
-const BVH: &str = "visibility/bvh.wgsl";
-
-/// What it tests triangles by.
-const TRIANGLE: &str = "visibility/triangle.wgsl";
-
-/// Source of the module that decides on shadow rays, as a start for one's own: see
-/// [`Renderer::with_visibility`](crate::Renderer::with_visibility).
-///
-/// # Errors
-/// It cannot be read, where shaders are read from disk.
-pub fn visibility_module() -> Result<String, GpuError> {
-    Ok(format!("{}{}", module(TRIANGLE)?, module(BVH)?))
-}
-
-/// The files of `shaders/`, by name.
+/// The files of `shaders/`, by name without ending.
 macro_rules! modules {
     ($($name:literal),+ $(,)?) => {
         /// Sources that are part of the program.
         #[cfg(not(feature = "hot-reload"))]
         const MODULES: &[(&str, &str)] =
-            &[$(($name, include_str!(concat!("../../../shaders/", $name)))),+];
+            &[$(($name, include_str!(concat!("../../../shaders/", $name, ".wgsl")))),+];
     };
 }
 
 modules![
-    "compose.wgsl",
-    "dispatch.wgsl",
-    "gbuffer.wgsl",
-    "import.wgsl",
-    "irradiance.wgsl",
-    "owners.wgsl",
-    "present.wgsl",
-    "pyramid.wgsl",
-    "refine/breaks.wgsl",
-    "refine/breaks_gather.wgsl",
-    "refine/full.wgsl",
-    "refine/lattice_ask.wgsl",
-    "refine/lattice_judge.wgsl",
-    "refine/lattice_look.wgsl",
-    "refine/lattice_mend.wgsl",
-    "refine/lattice_value.wgsl",
-    "refine/nichols_choose.wgsl",
-    "refine/nichols_compare.wgsl",
-    "refine/nichols_merge.wgsl",
-    "refine/nichols_reuse.wgsl",
-    "refine/nichols_settle.wgsl",
-    "refine/sfvt_classify.wgsl",
-    "refine/sfvt_finals.wgsl",
-    "refine/sfvt_judge.wgsl",
-    "refine/sfvt_value.wgsl",
-    "resolve.wgsl",
-    "shared/append.wgsl",
-    "shared/arguments.wgsl",
-    "shared/breaks.wgsl",
-    "shared/cells.wgsl",
-    "shared/children.wgsl",
-    "shared/corners.wgsl",
-    "shared/counters.wgsl",
-    "shared/field.wgsl",
-    "shared/fractions.wgsl",
-    "shared/frame.wgsl",
-    "shared/hash.wgsl",
-    "shared/inside.wgsl",
-    "shared/light.wgsl",
-    "shared/place.wgsl",
-    "shared/pyramid.wgsl",
-    "shared/query.wgsl",
-    "shared/query_mask.wgsl",
-    "shared/receiver.wgsl",
-    "shared/rise.wgsl",
-    "shared/sums.wgsl",
-    "shared/surface.wgsl",
-    "shared/tangent.wgsl",
-    "shared/unshadowed.wgsl",
-    "shared/votes.wgsl",
-    "upsample/bilinear.wgsl",
-    "upsample/copy.wgsl",
-    "upsample/lattice.wgsl",
-    "upsample/rbf.wgsl",
-    "upsample/robust.wgsl",
-    "upsample/trust.wgsl",
-    "visibility/at_hand.wgsl",
-    "visibility/beam.wgsl",
-    "visibility/bvh.wgsl",
-    "visibility/horizon.wgsl",
-    "visibility/masks.wgsl",
-    "visibility/spill.wgsl",
-    "visibility/spilled.wgsl",
-    "visibility/triangle.wgsl",
+    "compose",
+    "dispatch",
+    "gbuffer",
+    "import",
+    "irradiance",
+    "owners",
+    "present",
+    "pyramid",
+    "refine/breaks",
+    "refine/breaks_gather",
+    "refine/full",
+    "refine/lattice_ask",
+    "refine/lattice_judge",
+    "refine/lattice_look",
+    "refine/lattice_mend",
+    "refine/lattice_value",
+    "refine/nichols_choose",
+    "refine/nichols_compare",
+    "refine/nichols_merge",
+    "refine/nichols_reuse",
+    "refine/nichols_settle",
+    "refine/sfvt_classify",
+    "refine/sfvt_finals",
+    "refine/sfvt_judge",
+    "refine/sfvt_value",
+    "resolve",
+    "shared/append",
+    "shared/arguments",
+    "shared/at_hand",
+    "shared/breaks",
+    "shared/cells",
+    "shared/children",
+    "shared/corners",
+    "shared/counters",
+    "shared/field",
+    "shared/fractions",
+    "shared/frame",
+    "shared/further",
+    "shared/hash",
+    "shared/inside",
+    "shared/light",
+    "shared/place",
+    "shared/pyramid",
+    "shared/query",
+    "shared/query_mask",
+    "shared/receiver",
+    "shared/rise",
+    "shared/sums",
+    "shared/surface",
+    "shared/tangent",
+    "shared/unshadowed",
+    "shared/votes",
+    "upsample/bilinear",
+    "upsample/copy",
+    "upsample/lattice",
+    "upsample/pixels",
+    "upsample/rbf",
+    "upsample/robust",
+    "upsample/trust",
+    "visibility/beam",
+    "visibility/bvh",
+    "visibility/horizon",
+    "visibility/masks",
+    "visibility/spill",
+    "visibility/spilled",
+    "visibility/triangle",
 ];
 
-#[cfg(not(feature = "hot-reload"))]
-fn module(name: &str) -> Result<Cow<'static, str>, GpuError> {
-    let found = MODULES.iter().find(|(known, _)| *known == name);
+/// The text of a module: a file in `shaders/`, named without its ending. What others take its place are made of.
+///
+/// # Errors
+/// There is none of this name; or it cannot be read, where shaders are read from disk.
+pub fn shader_module(name: &str) -> Result<Cow<'static, str>, GpuError> {
+    #[cfg(not(feature = "hot-reload"))]
+    let found =
+        MODULES.iter().find(|(known, _)| *known == name).map(|&(_, text)| text).ok_or("no such module");
+    #[cfg(feature = "hot-reload")]
+    let found =
+        std::fs::read_to_string(format!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shaders/{}.wgsl"), name));
     found
-        .map(|&(_, text)| Cow::Borrowed(text))
-        .ok_or_else(|| GpuError::Shader { name: name.to_owned(), reason: "no such file".to_owned() })
-}
-
-#[cfg(feature = "hot-reload")]
-fn module(name: &str) -> Result<Cow<'static, str>, GpuError> {
-    let path = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shaders")).join(name);
-    std::fs::read_to_string(path)
-        .map(Cow::Owned)
+        .map(Cow::from)
         .map_err(|error| GpuError::Shader { name: name.to_owned(), reason: error.to_string() })
 }

@@ -5,9 +5,9 @@ use halflight_cpu::upsample::{RbfAdaptiveConfig, RbfFixedConfig, RbfRobustConfig
 
 use crate::GpuError;
 use crate::buffers::Size;
-use crate::programs::upsample as programs;
+use crate::programs;
 use crate::recorder::{Groups, Recorder};
-use crate::stage::Stage;
+use crate::stage::{Compiler, Stage};
 use crate::stats::Timed;
 
 /// An upsampler.
@@ -32,9 +32,9 @@ impl Upsample {
     /// Compiles the passes of a configuration's upsampler.
     ///
     /// # Errors
-    /// It does not exist here, or a shader cannot be read.
-    pub(crate) fn new(device: &wgpu::Device, config: &PipelineConfig) -> Result<Self, GpuError> {
-        let stage = |program, constants: &[(&str, f64)]| Stage::new(device, program, constants);
+    /// It does not exist here, or a shader cannot be compiled.
+    pub(crate) fn new(compiler: &Compiler, config: &PipelineConfig) -> Result<Self, GpuError> {
+        let stage = |program, constants: &[(&str, f64)]| compiler.stage(program, constants);
         let rbf = |variance: f32, reach: f32, copied: u8, adaptive: f64| {
             let constants = [
                 ("VARIANCE", variance.into()),

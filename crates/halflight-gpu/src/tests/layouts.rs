@@ -2,8 +2,7 @@ use naga::TypeInner;
 
 use super::permutations::parsed;
 use crate::frame::{Frame, GpuPattern};
-use crate::programs::RESOLVE;
-use crate::programs::refine::FULL;
+use crate::programs::{FULL, RESOLVE};
 use crate::scene::GpuMaterial;
 
 /// Checks members' offsets and the size of a structure against naga's.
@@ -25,7 +24,7 @@ fn structure(module: &naga::Module, name: &str) -> (Vec<(String, u32)>, u32) {
 
 #[test]
 fn structures_are_laid_out_alike() {
-    let module = &parsed(&FULL);
+    let module = &parsed(&FULL).0;
     check!(module, "Pattern", GpuPattern, kind, columns, rows, count, words, stride, scale);
     check!(
         module,
@@ -67,7 +66,7 @@ fn structures_are_laid_out_alike() {
         step_level,
         levels
     );
-    let (members, span) = structure(&parsed(&RESOLVE), "Material");
+    let (members, span) = structure(&parsed(&RESOLVE).0, "Material");
     // Its last eight bytes have no name in the shader.
     assert_eq!(members.len(), 3);
     assert_eq!(members[1].1 as usize, std::mem::offset_of!(GpuMaterial, texels));

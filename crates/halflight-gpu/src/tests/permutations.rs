@@ -1,20 +1,21 @@
 use naga::front::wgsl;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
-use crate::bindings::Access;
+use crate::bindings::{Access, Slot};
 use crate::programs::{ALL, Program};
-use crate::shader::source;
+use crate::shader::Shader;
 
 /// A program as naga sees it.
-pub(super) fn parsed(program: &Program) -> naga::Module {
-    let text = source(program, None).unwrap();
-    wgsl::parse_str(&text).unwrap_or_else(|error| panic!("{}: {}", program.name, error.emit_to_string(&text)))
+pub(super) fn parsed(program: &Program) -> (naga::Module, Vec<(Slot, Access)>) {
+    let Shader { text, slots } = Shader::new(program, &[]).unwrap();
+    let module = wgsl::parse_str(&text);
+    (module.unwrap_or_else(|e| panic!("{}: {}", program.name, e.emit_to_string(&text))), slots)
 }
 
 #[test]
 fn every_program_is_valid_and_binds_what_it_says() {
-    for program in ALL.iter().copied().flatten() {
-        let module = parsed(program);
+    for program in ALL {
+        let (module, slots) = parsed(program);
         let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
         let info = validator.validate(&module).unwrap_or_else(|error| panic!("{}: {error:?}", program.name));
         let index = module.entry_points.iter().position(|entry| entry.name == program.entry).unwrap();
@@ -23,7 +24,7 @@ fn every_program_is_valid_and_binds_what_it_says() {
             let Some(binding) = global.binding else { continue };
             let usage = used[handle];
             assert!(!usage.is_empty(), "{} does not use {:?}", program.name, global.name);
-            let known = program.slots.iter().find(|(slot, _)| slot.binding() == binding.binding);
+            let known = slots.iter().find(|(slot, _)| slot.binding() == binding.binding);
             if let Some((slot, Access::Write)) = known {
                 let writes = usage.contains(naga::valid::GlobalUse::WRITE);
                 let atomic = matches!(global.name.as_deref(), Some("counters" | "pyramid" | "spilled"));

@@ -3,11 +3,11 @@
 
 use halflight_core::scene::Scene;
 
-use super::{Spill, check_bindings, for_both};
+use super::{Spill, for_both};
 use crate::GpuError;
-use crate::programs::visibility as programs;
+use crate::programs;
 use crate::recorder::{Groups, Recorder};
-use crate::stage::Stage;
+use crate::stage::{Compiler, Stage};
 use crate::stats::Timed;
 
 /// Passes of beams.
@@ -21,14 +21,13 @@ impl Beam {
     /// Compiles them.
     ///
     /// # Errors
-    /// The device binds too few buffers, or a shader cannot be read.
-    pub(super) fn new(device: &wgpu::Device, scene: &Scene) -> Result<Self, GpuError> {
-        check_bindings(device, "beams", programs::BEAM.slots.len())?;
+    /// The device binds too few buffers, or a shader cannot be compiled.
+    pub(super) fn new(compiler: &Compiler, scene: &Scene) -> Result<Self, GpuError> {
         let (low, high) = scene.mesh.bounds().unwrap_or_default();
         let largest = ("LARGEST", low.abs().max(high.abs()).max_element().into());
         Ok(Self {
-            masks: for_both(|purpose| Stage::new(device, programs::BEAM, &[largest, purpose]))?,
-            spill: Spill::new(device)?,
+            masks: for_both(|purpose| compiler.stage(programs::BEAM, &[largest, purpose]))?,
+            spill: Spill::new(compiler)?,
         })
     }
 

@@ -7,9 +7,9 @@ use halflight_cpu::config::{PipelineConfig, VisibilityConfig};
 
 use crate::GpuError;
 use crate::buffers::Size;
-use crate::programs::visibility as programs;
+use crate::programs;
 use crate::recorder::{Groups, Recorder};
-use crate::stage::Stage;
+use crate::stage::{Compiler, Stage};
 use crate::stats::Timed;
 use beam::Beam;
 
@@ -28,23 +28,17 @@ fn for_both(make: impl Fn((&'static str, f64)) -> Result<Stage, GpuError>) -> Re
 }
 
 impl Visibility {
-    /// Compiles the passes of a configuration's backend, or of one from outside.
+    /// Compiles the passes of a configuration's backend.
     ///
     /// # Errors
     /// It does not exist here, its constants are out of range, or a shader cannot be read or compiled.
-    pub(crate) fn new(
-        device: &wgpu::Device,
-        scene: &Scene,
-        config: &PipelineConfig,
-        module: Option<&str>,
-    ) -> Result<Self, GpuError> {
-        let rays =
-            || for_both(|purpose| Stage::with_visibility(device, programs::BVH_MASKS, &[purpose], module));
+    pub(crate) fn new(compiler: &Compiler, scene: &Scene, config: &PipelineConfig) -> Result<Self, GpuError> {
         match config.visibility {
-            _ if module.is_some() => Ok(Self::Rays(rays()?)),
             // Exact backends agree, so that the choice between them is free.
-            VisibilityConfig::Bvh | VisibilityConfig::Auto => Ok(Self::Rays(rays()?)),
-            VisibilityConfig::Beam => Ok(Self::Beam(Box::new(Beam::new(device, scene)?))),
+            VisibilityConfig::Bvh | VisibilityConfig::Auto => {
+                Ok(Self::Rays(for_both(|purpose| compiler.stage(programs::MASKS, &[purpose]))?))
+            }
+            VisibilityConfig::Beam => Ok(Self::Beam(Box::new(Beam::new(compiler, scene)?))),
             _ => {
                 let (stage, reason) = ("this visibility backend", "only `bvh` and `beam` do so far");
                 Err(GpuError::Unsupported { stage, reason })
@@ -79,24 +73,6 @@ impl Visibility {
     }
 }
 
-/// Checks that a stage may bind as many storage buffers as a backend needs.
-///
-/// # Errors
-/// The device allows fewer.
-fn check_bindings(device: &wgpu::Device, what: &'static str, needed: usize) -> Result<(), GpuError> {
-    let limit = device.limits().max_storage_buffers_per_shader_stage;
-    if needed as u64 > u64::from(limit) {
-        return Err(GpuError::TooLarge {
-            what,
-            needed: needed as u64,
-            unit: "storage buffers a stage",
-            limit: limit.into(),
-            advice: "ask the device for more, or choose `bvh`",
-        });
-    }
-    Ok(())
-}
-
 /// Rays for the queries that beams have no room for.
 #[derive(Debug)]
 struct Spill {
@@ -105,10 +81,10 @@ struct Spill {
 }
 
 impl Spill {
-    fn new(device: &wgpu::Device) -> Result<Self, GpuError> {
+    fn new(compiler: &Compiler) -> Result<Self, GpuError> {
         Ok(Self {
-            dispatch: Stage::new(device, programs::SPILL, &[])?,
-            masks: for_both(|purpose| Stage::new(device, programs::SPILLED_MASKS, &[purpose]))?,
+            dispatch: compiler.stage(programs::SPILL, &[])?,
+            masks: for_both(|purpose| compiler.stage(programs::SPILLED_MASKS, &[purpose]))?,
         })
     }
 

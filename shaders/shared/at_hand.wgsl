@@ -1,4 +1,5 @@
 // All queries at hand are answered.
+//@ needs shared/counters
 
 fn query_of(number: u32) -> u32 {
     let query = atomicLoad(&counters[FIRST]) + number;

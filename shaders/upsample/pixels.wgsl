@@ -1,0 +1,24 @@
+// Pixels one by one: those of fine cells take their cell's value over, the others are up to `value_at`.
+//@ needs shared/field shared/query shared/surface
+//@ reads samples
+//@ writes plane
+
+// The coarsest level whose cells have one value.
+override COPIED_LEVEL: u32 = 0u;
+
+@compute @workgroup_size(8, 8)
+fn pixels(@builtin(global_invocation_id) at: vec3<u32>) {
+    if at.x >= frame.width || at.y >= frame.height {
+        return;
+    }
+    let pixel = at.y * frame.width + at.x;
+    let owner = owner_at(at.xy);
+    if owner.level == NONE || !is_receiver(pixel) {
+        plane[pixel] = 0.0;
+    } else if owner.level <= COPIED_LEVEL {
+        // Where no value exists the light is below the horizon, and so is all that is multiplied with it.
+        plane[pixel] = max(samples[owner_place(owner)].value, 0.0);
+    } else {
+        plane[pixel] = value_at(at.xy, owner);
+    }
+}
