@@ -3,6 +3,9 @@
 //@ needs shared/append shared/cells shared/query_mask shared/surface
 //@ writes cells
 
+// Whether what is asked for is counted among the samples: not for a trial.
+override COUNTED: u32 = 1u;
+
 @compute @workgroup_size(8, 8)
 fn ask(
     @builtin(global_invocation_id) at: vec3<u32>,
@@ -13,7 +16,7 @@ fn ask(
     let pixel = place.y * frame.width + place.x;
     let asks = is_wanted(at.xy) && is_receiver(pixel) && cells[pixel].slot == 0u;
     let slot = append(lane, asks, QUERIES, frame.capacity);
-    if lane == 0u {
+    if lane == 0u && COUNTED == 1u {
         atomicAdd(&counters[pixel_bucket(workgroup)], appended());
     }
     if slot == NONE {

@@ -13,5 +13,6 @@ mod rays;
 mod refiners;
 mod robust;
 mod scenes;
+mod targets;
 mod upsamplers;
 mod whole;

@@ -75,6 +75,8 @@ slots! {
     Breaks: breaks = "array<u32>",
     /// Visible fractions of pixels.
     Fractions: fractions = "array<u32>",
+    /// What an error target takes.
+    Chosen: chosen = "array<Choice>",
     /// Queries that are left to rays, behind their number.
     Spilled: spilled = "array<atomic<u32>>",
     /// The caller's points or depths.

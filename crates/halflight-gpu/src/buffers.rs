@@ -3,6 +3,7 @@
 use crate::GpuError;
 use crate::bindings::Slot;
 use crate::frame::{self, Frame};
+use crate::refine::Choice;
 use crate::scene::SceneBuffers;
 
 /// Counters before the tallies, and buckets of each: `shaders/shared/counters.wgsl`.
@@ -47,6 +48,8 @@ pub(crate) struct Size {
     pub(crate) breaks: u32,
     /// Pixels whose visible fraction is known.
     pub(crate) fractions: u32,
+    /// Choices of an error target.
+    pub(crate) choices: u32,
 }
 
 /// Buffers and textures of a size.
@@ -76,6 +79,7 @@ pub(crate) struct Buffers {
     pub(crate) spilled: wgpu::Buffer,
     pub(crate) breaks: wgpu::Buffer,
     pub(crate) fractions: wgpu::Buffer,
+    pub(crate) chosen: wgpu::Buffer,
     pub(crate) plane: wgpu::Buffer,
     pub(crate) image: wgpu::Buffer,
     scene: SceneBuffers,
@@ -173,6 +177,7 @@ impl Buffers {
             spilled: buffer("queries left to rays", 4 * (1 + u64::from(size.spilled)), storage)?,
             breaks: buffer("breaks", 4 * u64::from(size.breaks), storage)?,
             fractions: buffer("visible fractions", 4 * u64::from(size.fractions), storage)?,
+            chosen: buffer("choices", size_of::<Choice>() as u64 * u64::from(size.choices), storage)?,
             plane: buffer("values of pixels", 4 * pixels, storage)?,
             image: buffer("image", 16 * pixels, storage)?,
             scene: scene.clone(),
@@ -204,6 +209,7 @@ impl Buffers {
             Slot::Spilled => &self.spilled,
             Slot::Breaks => &self.breaks,
             Slot::Fractions => &self.fractions,
+            Slot::Chosen => &self.chosen,
             Slot::Plane => &self.plane,
             Slot::Image => &self.image,
             Slot::Nodes => &self.scene.nodes,

@@ -49,6 +49,8 @@ programs! {
     LATTICE_VALUE: "lattice: value" = value in "refine/lattice_value";
     LATTICE_JUDGE: "lattice: judge" = judge in "refine/lattice_judge";
     LATTICE_MEND: "lattice: mend" = mend in "refine/lattice_mend";
+    TARGET_SHOW: "error target: show" = show in "refine/target_show";
+    TARGET_CHOOSE: "error target: choose" = choose in "refine/target_choose";
     OWNERS: "owners" = own in "owners";
 
     COPY: "copy" = copy in "upsample/copy";

@@ -1,5 +1,7 @@
 //! Refiners: which passes they are made of.
 
+mod target;
+
 use halflight_core::pattern::Pattern;
 use halflight_core::pyramid::MAX_LEVEL;
 use halflight_cpu::config::{PipelineConfig, RefinerConfig};
@@ -14,6 +16,8 @@ use crate::recorder::{Groups, Recorder};
 use crate::stage::{Compiler, Stage};
 use crate::stats::Timed;
 use crate::visibility::Visibility;
+pub(crate) use target::Choice;
+use target::Target;
 
 /// Turns queries into masks and values.
 #[derive(Debug)]
@@ -85,6 +89,7 @@ pub(crate) struct Lattice {
     judge: Stage,
     mend: Stage,
     owners: Stage,
+    target: Option<Target>,
 }
 
 /// How often kept cells are compared with their neighbours. The CPU goes on until none is contradicted, which took up to four
@@ -139,12 +144,14 @@ impl Refine {
                 })))
             }
             RefinerConfig::Lattice(config) => {
-                if config.target > 0.0 || config.certify {
+                if config.certify {
                     return Err(GpuError::Unsupported {
-                        stage: "lattice with an error target or proofs",
-                        reason: "both are judged on the CPU in the middle of a frame; set `error` instead",
+                        stage: "lattice with proofs",
+                        reason: "no backend proves anything here; leave `certify` out",
                     });
                 }
+                let target =
+                    (config.target > 0.0).then(|| Target::new(compiler, config.target)).transpose()?;
                 Ok(Self::Lattice(Box::new(Lattice {
                     config,
                     breaks: stage(programs::BREAKS, &[])?,
@@ -155,6 +162,7 @@ impl Refine {
                     judge: stage(programs::LATTICE_JUDGE, &[])?,
                     mend: stage(programs::LATTICE_MEND, &[])?,
                     owners: stage(programs::OWNERS, &[("COUNTED", 0.0)])?,
+                    target,
                 })))
             }
         }
@@ -169,6 +177,12 @@ impl Refine {
             Self::SfvtGass(sfvt) => level(sfvt.config.coarsest_level),
             Self::Lattice(lattice) => lattice.config.coarsest_level.min(MAX_LEVEL).into(),
         }
+    }
+
+    /// Uniforms of a light: one a level, and one of a trial.
+    pub(crate) fn uniforms(&self) -> u32 {
+        let trial = matches!(self, Self::Lattice(lattice) if lattice.target.is_some());
+        self.coarsest() + 1 + u32::from(trial)
     }
 
     /// What its buffers take for an image of this size.
@@ -205,9 +219,11 @@ impl Refine {
                     ..size
                 }
             }
-            Self::Lattice(_) => Size {
+            Self::Lattice(lattice) => Size {
                 queries: cells(0),
-                words: u64::from(cells(0)) * words,
+                words: u64::from(cells(0))
+                    * if lattice.target.is_some() { Target::WORDS.into() } else { words },
+                choices: lattice.target.is_some().into(),
                 samples: cells(0),
                 pyramid: 0,
                 breaks: all,
@@ -217,7 +233,7 @@ impl Refine {
         }
     }
 
-    /// Uniforms of one light: one a level, pixels first.
+    /// Uniforms of one light: one a level, pixels first, and the trial's.
     pub(crate) fn frames(&self, general: Frame, pattern: Pattern) -> Vec<Frame> {
         let coarsest = self.coarsest();
         let level = |level: u32| {
@@ -229,7 +245,13 @@ impl Refine {
                 Self::Lattice(lattice) => lattice.frame(frame),
             }
         };
-        (0..=coarsest).map(level).collect()
+        let trial = match self {
+            Self::Lattice(lattice) if lattice.target.is_some() => {
+                Some(Frame { pattern: Target::trial(pattern), ..level(coarsest) })
+            }
+            _ => None,
+        };
+        (0..=coarsest).map(level).chain(trial).collect()
     }
 
     /// Records what is done once a frame.
@@ -278,9 +300,10 @@ impl Refine {
                 vec![pyramid, classify, judge, value, finals, owners]
             }
             Self::Lattice(lattice) => {
-                let Lattice { config: _, breaks, gather, look, ask, value, judge, mend, owners } =
+                let Lattice { config: _, breaks, gather, look, ask, value, judge, mend, owners, target } =
                     &mut **lattice;
-                vec![breaks, gather, look, ask, value, judge, mend, owners]
+                let stages = [breaks, gather, look, ask, value, judge, mend, owners];
+                stages.into_iter().chain(target.iter_mut().flat_map(Target::stages)).collect()
             }
         }
     }
@@ -393,6 +416,11 @@ impl Lattice {
         recorder.run(&self.breaks, Timed::Refine, first, Groups::Tiles(0));
         for level in 1..=coarsest {
             recorder.run(&self.gather, Timed::Refine, first + level, Groups::Tiles(level));
+        }
+        if let Some(target) = &self.target {
+            target.record(recorder, tracer, &self.look, first, coarsest);
+            recorder.encoder.clear_buffer(&recorder.buffers.cells, 0, None);
+            recorder.clear_queries();
         }
         self.descend(recorder, tracer, first, coarsest);
         for _ in 0..ROUNDS {

@@ -77,6 +77,8 @@ pub enum Inside {
     Plane,
     /// How many queries `beam` has left to rays last, then which.
     Spilled,
+    /// What an error target takes: kind, columns and rows of the light samples come first.
+    Chosen,
 }
 
 /// Renders one scene on one device, frame after frame, in buffers that are kept.
@@ -231,6 +233,7 @@ impl Renderer {
             Inside::Owners => &self.buffers.owners,
             Inside::Plane => &self.buffers.plane,
             Inside::Spilled => &self.buffers.spilled,
+            Inside::Chosen => &self.buffers.chosen,
         }
     }
 
@@ -278,7 +281,7 @@ impl Renderer {
         stages.refine.prepare(&mut recorder);
         let coarsest = stages.refine.coarsest();
         for light in 0..self.lights.len() as u32 {
-            let first = light * (coarsest + 1);
+            let first = light * stages.refine.uniforms();
             stages.refine.record(&mut recorder, &stages.tracer, first);
             stages.upsample.record(&mut recorder, first, coarsest);
             recorder.run(&stages.compose, Timed::Compose, first, Groups::Tiles(0));
@@ -347,7 +350,7 @@ impl Stages {
             return Err(PipelineError::Size { width, height }.into());
         }
         let size = self.tracer.visibility.size(self.upsample.size(self.refine.size(width, height, pattern)));
-        Ok(Size { frames: lights as u32 * (self.refine.coarsest() + 1), ..size })
+        Ok(Size { frames: lights as u32 * self.refine.uniforms(), ..size })
     }
 }
 

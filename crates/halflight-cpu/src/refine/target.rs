@@ -34,6 +34,41 @@ const FIRST: u16 = 8;
 /// little, by packets as by beams, and a second question costs more; nor is anything missed between a few first samples.
 const ONCE: u16 = 20;
 
+/// What an error target leaves to noise and to interpolation, whatever the number of light samples. The plan that is made
+/// of it on other devices is the same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Budget {
+    /// NMSE₂ of the masks' noise.
+    pub noise: f64,
+    /// Difference of the visible fraction that is interpolated over, before noise and bounds.
+    pub interpolation: f64,
+    /// Coarsest level at which steps are interpolated along.
+    pub step_level: u8,
+}
+
+impl Budget {
+    /// Samples along one side of the light in a trial, and the fewest and most of receivers that are asked once.
+    pub const SIDES: [u16; 3] = [FIRST, *SIDES.start(), ONCE];
+
+    /// The shares of an NMSE₂.
+    pub fn new(target: f32) -> Self {
+        let target = f64::from(target);
+        let unseen = |&level: &usize| UNSEEN[level] <= target / 3.0;
+        Self {
+            noise: NOISE_SHARE * target,
+            interpolation: ((1.0 - NOISE_SHARE) * target / INTERPOLATION).sqrt(),
+            step_level: (0..UNSEEN.len()).rev().find(unseen).unwrap_or(0) as u8,
+        }
+    }
+
+    /// Difference of the visible fraction that is interpolated over, with so many samples along a side.
+    pub fn error(&self, side: u16) -> f32 {
+        // Below the masks' own noise, pixels are no better than what they replace.
+        let deviation = 0.02 * (f64::from(FIRST * FIRST) / f64::from(side * side)).powf(0.75);
+        self.interpolation.max(2.5 * deviation).clamp(0.01, 0.3) as f32
+    }
+}
+
 /// What an error takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Plan {
@@ -75,26 +110,20 @@ impl Plan {
 
     /// What it takes to come down to an NMSE₂, by what a trial of receivers spread evenly over the image has shown.
     pub(super) fn reach(target: f32, kind: PatternKind, trial: &[Trial]) -> Self {
-        let target = f64::from(target);
+        let budget = Budget::new(target);
         let energy: f64 = trial.iter().map(Trial::energy).sum();
         let noise = |side: u16| trial.iter().map(|one| one.noise_with(side)).sum::<f64>();
-        let side_for = |share: f64| {
-            let side = SIDES.into_iter().find(|&side| noise(side) <= share * target * energy);
+        let side_for = |error: f64| {
+            let side = SIDES.into_iter().find(|&side| noise(side) <= error * energy);
             side.unwrap_or(*SIDES.end())
         };
-        let side = side_for(NOISE_SHARE);
-        // Below the masks' own noise, pixels are no better than what they replace.
-        let deviation = 0.02 * (f64::from(FIRST * FIRST) / f64::from(side * side)).powf(0.75);
-        let error =
-            ((1.0 - NOISE_SHARE) * target / INTERPOLATION).sqrt().max(2.5 * deviation).clamp(0.01, 0.3);
-        let unseen = |&level: &usize| UNSEEN[level] <= target / 3.0;
-        let step_level = (0..UNSEEN.len()).rev().find(unseen).unwrap_or(0) as u8;
+        let side = side_for(budget.noise);
         Self {
             first: square(kind, if side <= ONCE { side } else { FIRST }),
             full: square(kind, side),
-            error: error as f32,
-            step_level,
-            every: square(kind, side_for(1.0)),
+            error: budget.error(side),
+            step_level: budget.step_level,
+            every: square(kind, side_for(f64::from(target))),
         }
     }
 

@@ -2,7 +2,8 @@ use naga::TypeInner;
 
 use super::permutations::parsed;
 use crate::frame::{Frame, GpuPattern};
-use crate::programs::{FULL, RESOLVE};
+use crate::programs::{FULL, RESOLVE, TARGET_CHOOSE};
+use crate::refine::Choice;
 use crate::scene::GpuMaterial;
 
 /// Checks members' offsets and the size of a structure against naga's.
@@ -66,6 +67,7 @@ fn structures_are_laid_out_alike() {
         step_level,
         levels
     );
+    check!(&parsed(&TARGET_CHOOSE).0, "Choice", Choice, pattern, error, step_level);
     let (members, span) = structure(&parsed(&RESOLVE).0, "Material");
     // Its last eight bytes have no name in the shader.
     assert_eq!(members.len(), 3);

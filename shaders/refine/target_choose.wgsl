@@ -1,0 +1,91 @@
+// Chooses light samples and threshold for an error target by what the coarsest corners have shown. One workgroup adds them up
+// in one order, so that nothing depends on the device's.
+//@ needs shared/cells shared/choice shared/query
+//@ reads samples
+
+// The NMSE₂ that noise may have, the difference that is interpolated over but for noise, and the level of steps: `Budget`.
+override NOISE_TARGET: f32 = 0.0;
+override INTERPOLATION: f32 = 0.0;
+override STEP_LEVEL: u32 = 0u;
+
+// Samples along one side of the light, fewest and most, and in a trial.
+const LEAST: u32 = 4u;
+const MOST: u32 = 20u;
+const TRIAL: f32 = 64.0;
+const SIDES: u32 = MOST - LEAST + 1u;
+
+// Share of differing neighbours at which samples are as good as independent.
+const INDEPENDENT: f32 = 0.35;
+
+// One over a number of columns or rows: divided by the compiler, since devices may round.
+const SCALES = array(
+    1.0 / 4.0, 1.0 / 5.0, 1.0 / 6.0, 1.0 / 7.0, 1.0 / 8.0, 1.0 / 9.0, 1.0 / 10.0, 1.0 / 11.0, 1.0 / 12.0, 1.0 / 13.0,
+    1.0 / 14.0, 1.0 / 15.0, 1.0 / 16.0, 1.0 / 17.0, 1.0 / 18.0, 1.0 / 19.0, 1.0 / 20.0,
+);
+
+var<workgroup> energies: array<f32, 64>;
+var<workgroup> noises: array<array<f32, SIDES>, 64>;
+
+@compute @workgroup_size(64)
+fn choose(@builtin(local_invocation_index) lane: u32) {
+    let size = level_size(frame.level) + 1u;
+    let last = vec2(frame.width, frame.height) - 1u;
+    var energy = 0.0;
+    var noise: array<f32, SIDES>;
+    for (var number = lane; number < size.x * size.y; number += 64u) {
+        let corner = vec2(number % size.x, number / size.x);
+        // Of corners that coincide at the image's border the first counts.
+        if any((corner > vec2(0u)) & (((corner - 1u) << vec2(frame.level)) >= last)) {
+            continue;
+        }
+        let place = min(corner << vec2(frame.level), last);
+        let pixel = place.y * frame.width + place.x;
+        if cells[pixel].slot == 0u {
+            continue;
+        }
+        let shown = samples[pixel];
+        energy += shown.at.x;
+        if shown.at.y > 0.0 {
+            let power = 1.5 - 0.5 * min(shown.value / INDEPENDENT, 1.0);
+            for (var side = 0u; side < SIDES; side++) {
+                let columns = f32(LEAST + side);
+                noise[side] += shown.at.y * pow(TRIAL / (columns * columns), power);
+            }
+        }
+    }
+    energies[lane] = energy;
+    noises[lane] = noise;
+    workgroupBarrier();
+    if lane > 0u {
+        return;
+    }
+    for (var other = 1u; other < 64u; other++) {
+        energy += energies[other];
+        for (var side = 0u; side < SIDES; side++) {
+            noise[side] += noises[other][side];
+        }
+    }
+    var side = 0u;
+    while side + 1u < SIDES && noise[side] > NOISE_TARGET * energy {
+        side++;
+    }
+    chosen[0] = choice_of(side);
+}
+
+fn choice_of(side: u32) -> Choice {
+    let columns = LEAST + side;
+    let count = columns * columns;
+    var stride = (count + 63u) / 64u * 64u;
+    if count <= 64u {
+        stride = 16u;
+        while stride < count {
+            stride *= 2u;
+        }
+    }
+    var scales = SCALES;
+    let pattern =
+        Pattern(frame.pattern.kind, columns, columns, count, (count + 31u) / 32u, stride, vec2(scales[side]));
+    // Below the masks' own noise, pixels are no better than what they replace.
+    let deviation = 0.02 * pow(TRIAL / f32(count), 0.75);
+    return Choice(pattern, clamp(max(INTERPOLATION, 2.5 * deviation), 0.01, 0.3), STEP_LEVEL);
+}

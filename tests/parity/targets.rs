@@ -1,0 +1,69 @@
+//! Error targets: what a trial chooses, and whether the image comes out as on the CPU.
+
+use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
+use halflight::irradiance::Shading;
+use halflight::refine::LatticeConfig;
+use halflight_gpu::Inside;
+
+use crate::device::Bench;
+use crate::scenes::{Twins, full};
+
+fn config(target: f32) -> PipelineConfig {
+    PipelineConfig {
+        refiner: RefinerConfig::Lattice(LatticeConfig { target, ..LatticeConfig::default() }),
+        upsampler: UpsamplerConfig::Lattice,
+        ..full(406, 234, Shading::Ratio)
+    }
+}
+
+/// Samples along one side that the GPU has chosen, and those of the CPU's last batch.
+fn sides(bench: &Bench, twins: &Twins) -> [u32; 2] {
+    let chosen: Vec<u32> = bench.read(twins.gpu.inside(Inside::Chosen));
+    assert_eq!(chosen[1], chosen[2]);
+    let fragments = twins.cpu.fragments();
+    // Where the CPU goes over to every pixel, it chooses once more.
+    assert!(fragments.cells().iter().any(|cell| cell.level > 0));
+    let last = fragments.samples().last().map(|sample| fragments.batch(sample.batch).pattern());
+    [chosen[1], last.unwrap().columns.into()]
+}
+
+/// NMSE₂ of the GPU's image against the CPU's.
+fn error(bench: &Bench, twins: &Twins) -> f64 {
+    let found: Vec<[f32; 4]> = bench.read(twins.gpu.image());
+    let (mut sum, mut all) = (0.0, 0.0);
+    for (found, expected) in found.iter().zip(&twins.cpu.image().irradiance) {
+        sum += f64::from(found[1] - expected.y).powi(2);
+        all += f64::from(expected.y).powi(2);
+    }
+    sum / all
+}
+
+#[test]
+fn targets_take_the_samples_that_they_take_on_the_cpu() {
+    let Some(bench) = Bench::open() else { return };
+    let mut chosen = Vec::new();
+    for (scene, target) in [("toys", 1e-3), ("toys", 1e-4), ("tree", 1e-3)] {
+        let twins = Twins::render(&bench, scene, &config(target), true);
+        let [found, expected] = sides(&bench, &twins);
+        // The sums are the same but for rounding.
+        assert_eq!(found, expected, "{scene} {target}");
+        chosen.push(found);
+        // Both have noise of their own where corners of the trial are asked again on one side alone.
+        let error = error(&bench, &twins);
+        assert!(error < f64::from(target), "{scene} {target}: {error}");
+    }
+    assert!(chosen[0] < chosen[1], "{chosen:?}");
+}
+
+#[test]
+fn a_trial_that_sees_more_noise_takes_more_samples() {
+    let Some(bench) = Bench::open() else { return };
+    let wrong = ["refine/target_show", "NOISE: f32 = 0.12", "NOISE: f32 = 0.6"];
+    let twins = Twins::altered(&bench, "toys", &config(1e-4), wrong);
+    let [found, expected] = sides(&bench, &twins);
+    assert!(found > expected, "{found} {expected}");
+    // One that takes no notice of what was chosen has the error of the fewest samples.
+    let wrong = ["refine/target_choose", "chosen[0] = choice_of(side)", "chosen[0] = choice_of(0u)"];
+    let twins = Twins::altered(&bench, "toys", &config(3e-5), wrong);
+    assert!(error(&bench, &twins) > 3e-5);
+}
