@@ -2,7 +2,9 @@
 
 use std::sync::{Arc, Mutex};
 
+use halflight::config::PipelineConfig;
 use halflight::gbuffer::{GBuffer, NO_PRIMITIVE};
+use halflight::scene::Scene;
 use halflight_gpu::wgpu;
 use halflight_gpu::{Gpu, GpuError, GpuStats, Inputs, Renderer};
 
@@ -15,36 +17,45 @@ pub(crate) struct Bench {
 impl Bench {
     /// A device; none where there is no adapter and none is required.
     pub(crate) fn open() -> Option<Self> {
-        let gpu = match Gpu::find() {
-            Ok(gpu) => gpu,
+        match Gpu::find() {
+            Ok(gpu) => Some(Self::of(gpu)),
             Err(error @ GpuError::NoAdapter) => {
                 assert!(
                     std::env::var_os("HALFLIGHT_REQUIRE_GPU").is_none_or(|value| value != "1"),
                     "{error}"
                 );
                 eprintln!("skipped: {error}");
-                return None;
+                None
             }
             Err(error) => panic!("{error}"),
-        };
+        }
+    }
+
+    /// Another device of the same adapter, with no more than these limits.
+    pub(crate) fn limited(&self, required_limits: wgpu::Limits) -> Self {
+        let adapter = self.gpu.adapter.clone();
+        let descriptor = wgpu::DeviceDescriptor { required_limits, ..wgpu::DeviceDescriptor::default() };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).unwrap();
+        Self::of(Gpu { adapter, device, queue })
+    }
+
+    fn of(gpu: Gpu) -> Self {
         let errors = Arc::new(Mutex::new(Vec::new()));
         let sink = Arc::clone(&errors);
         gpu.device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             sink.lock().unwrap().push(error.to_string());
         }));
-        Some(Self { gpu, errors })
+        Self { gpu, errors }
+    }
+
+    /// A renderer for a scene.
+    pub(crate) fn renderer(&self, scene: &Scene, config: &PipelineConfig) -> Result<Renderer, GpuError> {
+        Renderer::new(&self.gpu.device, &self.gpu.queue, scene, config)
     }
 
     /// Records and submits one frame.
     pub(crate) fn render(&self, renderer: &mut Renderer, inputs: &Inputs) -> GpuStats {
-        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        renderer.record(&mut encoder, inputs).unwrap();
-        let pending = renderer.read_stats(&mut encoder);
-        self.gpu.queue.submit([encoder.finish()]);
-        let (send, receive) = std::sync::mpsc::channel();
-        pending.read(move |stats| send.send(stats).unwrap());
-        self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        let stats = receive.try_recv().unwrap().unwrap();
+        let stats = self.gpu.render(renderer, inputs).unwrap();
         assert_eq!(stats.lost, 0);
         self.check();
         stats
@@ -77,8 +88,17 @@ impl Bench {
         self.gpu.queue.write_buffer(renderer.normal(), 0, bytemuck::cast_slice(&normal));
     }
 
-    fn check(&self) {
+    /// Fails where the device has complained.
+    pub(crate) fn check(&self) {
         let errors = self.errors.lock().unwrap();
         assert!(errors.is_empty(), "{}", errors.join("\n"));
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            self.check();
+        }
     }
 }

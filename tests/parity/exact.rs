@@ -7,7 +7,7 @@ use halflight::raster4d::Raster4dConfig;
 use halflight::refine::{NicholsConfig, SfvtGassConfig};
 use halflight::scene::Scene;
 use halflight::voxel::VoxelConfig;
-use halflight_gpu::{GpuError, Inputs, Inside, Renderer, Surfaces, required_limits, wgpu};
+use halflight_gpu::{GpuError, Inputs, Inside, Renderer, Surfaces, required_limits};
 use halflight_tests::{Stage, blocker_over_floor, quads};
 
 use crate::device::Bench;
@@ -74,8 +74,7 @@ fn what_is_dropped_is_found() {
     let kept: Vec<usize> = (0..mesh.triangles.len()).filter(|triangle| triangle % 20 != 7).collect();
     mesh.triangles = kept.iter().map(|&triangle| mesh.triangles[triangle]).collect();
     mesh.material_ids = kept.iter().map(|&triangle| mesh.material_ids[triangle]).collect();
-    let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
-    twins.gpu = Renderer::new(device, queue, &lossy, &beams()).unwrap();
+    twins.gpu = bench.renderer(&lossy, &beams()).unwrap();
     bench.keep(&twins.gpu, twins.cpu.gbuffer());
     bench.render(&mut twins.gpu, &Inputs { surfaces: Surfaces::Kept, ..Inputs::default() });
     assert!(compare(&bench, &twins).is_err());
@@ -92,7 +91,7 @@ fn refiners_ask_beams_and_rays_alike() {
     for refiner in refiners {
         let image = |visibility| {
             let config = PipelineConfig { refiner, visibility, ..beams() };
-            let mut gpu = Renderer::new(&bench.gpu.device, &bench.gpu.queue, &stage.scene, &config).unwrap();
+            let mut gpu = bench.renderer(&stage.scene, &config).unwrap();
             bench.render(&mut gpu, &Inputs::default());
             bench.read::<[f32; 4]>(gpu.image())
         };
@@ -106,10 +105,8 @@ fn refiners_ask_beams_and_rays_alike() {
 #[test]
 fn devices_that_bind_too_few_buffers_are_refused() {
     let Some(bench) = Bench::open() else { return };
-    let descriptor =
-        wgpu::DeviceDescriptor { required_limits: required_limits(), ..wgpu::DeviceDescriptor::default() };
-    let (device, queue) = pollster::block_on(bench.gpu.adapter.request_device(&descriptor)).unwrap();
-    let renderer = |config: &PipelineConfig| Renderer::new(&device, &queue, &blocker_over_floor(), config);
+    let bench = bench.limited(required_limits());
+    let renderer = |config: &PipelineConfig| bench.renderer(&blocker_over_floor(), config);
     assert!(matches!(renderer(&beams()).unwrap_err(), GpuError::TooLarge { limit: 8, needed: 9, .. }));
     assert!(renderer(&full(64, 48, Shading::Ratio)).is_ok());
 }
@@ -122,7 +119,7 @@ fn backends_that_are_not_there_are_refused() {
         VisibilityConfig::Voxel(VoxelConfig::default()),
     ] {
         let config = PipelineConfig { visibility, ..beams() };
-        let refused = Renderer::new(&bench.gpu.device, &bench.gpu.queue, &blocker_over_floor(), &config);
+        let refused = bench.renderer(&blocker_over_floor(), &config);
         assert!(matches!(refused.unwrap_err(), GpuError::Unsupported { .. }));
     }
 }

@@ -9,6 +9,7 @@ mod device;
 mod exact;
 mod gbuffers;
 mod masks;
+mod outside;
 mod rays;
 mod refiners;
 mod robust;

@@ -1,8 +1,9 @@
 //! Sizes, several lights and frames, and what is refused.
 
-use halflight::config::{PipelineConfig, UpsamplerConfig};
+use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight::irradiance::Shading;
 use halflight::light::AreaLight;
+use halflight::refine::LatticeConfig;
 use halflight::scene::{Mesh, Scene};
 use halflight_gpu::{GpuError, Inputs, Renderer, Surfaces, shader_module, wgpu};
 use halflight_tests::{Stage, blocker_over_floor};
@@ -11,15 +12,11 @@ use crate::device::Bench;
 use crate::scenes::{Twins, bundled, full};
 use crate::whole::nmse2;
 
-fn renderer(bench: &Bench, scene: &Scene, config: &PipelineConfig) -> Result<Renderer, GpuError> {
-    Renderer::new(&bench.gpu.device, &bench.gpu.queue, scene, config)
-}
-
 #[test]
 fn sizes_may_change_with_every_frame() {
     let Some(bench) = Bench::open() else { return };
     let stage = Stage::new(blocker_over_floor()).unwrap();
-    let mut gpu = renderer(&bench, &stage.scene, &full(64, 48, Shading::Ratio)).unwrap();
+    let mut gpu = bench.renderer(&stage.scene, &full(64, 48, Shading::Ratio)).unwrap();
     for (width, height) in [(1, 1), (17, 9), (64, 64), (3, 100), (1, 1), (65, 1), (64, 48)] {
         gpu.resize(width, height).unwrap();
         let stats = bench.render(&mut gpu, &Inputs::default());
@@ -44,7 +41,7 @@ fn sizes_may_change_with_every_frame() {
 fn frames_repeat_bit_for_bit_and_differ_by_number() {
     let Some(bench) = Bench::open() else { return };
     let stage = bundled("toys");
-    let mut gpu = renderer(&bench, &stage.scene, &full(64, 48, Shading::Ratio)).unwrap();
+    let mut gpu = bench.renderer(&stage.scene, &full(64, 48, Shading::Ratio)).unwrap();
     let mut image = |frame: u32| {
         bench.render(&mut gpu, &Inputs { frame, ..Inputs::default() });
         bench.read::<[u32; 4]>(gpu.image())
@@ -79,7 +76,7 @@ fn lights_are_summed() {
 fn scenes_without_triangles_are_dark() {
     let Some(bench) = Bench::open() else { return };
     let scene = Scene { mesh: Mesh::default(), ..blocker_over_floor() };
-    let mut gpu = renderer(&bench, &scene, &full(20, 10, Shading::Ratio)).unwrap();
+    let mut gpu = bench.renderer(&scene, &full(20, 10, Shading::Ratio)).unwrap();
     bench.render(&mut gpu, &Inputs::default());
     let image: Vec<[f32; 4]> = bench.read(gpu.image());
     assert!(image.iter().all(|&[r, g, b, _]| r == 0.0 && g == 0.0 && b == 0.0));
@@ -90,11 +87,19 @@ fn what_cannot_be_rendered_is_refused() {
     let Some(bench) = Bench::open() else { return };
     let scene = blocker_over_floor();
     let config = full(20, 10, Shading::Ratio);
-    let refused = |scene: &Scene, config: &PipelineConfig| renderer(&bench, scene, config).unwrap_err();
+    let refused = |scene: &Scene, config: &PipelineConfig| bench.renderer(scene, config).unwrap_err();
     let dark = Scene { lights: Vec::new(), ..blocker_over_floor() };
     assert!(matches!(refused(&dark, &config), GpuError::Pipeline(_)));
     let triangulated = PipelineConfig { upsampler: UpsamplerConfig::Delaunay, ..config };
     assert!(matches!(refused(&scene, &triangulated), GpuError::Unsupported { stage: "delaunay", .. }));
+    for lattice in [
+        LatticeConfig { target: 1e-4, ..LatticeConfig::default() },
+        LatticeConfig { certify: true, ..LatticeConfig::default() },
+    ] {
+        let refiner = RefinerConfig::Lattice(lattice);
+        let error = refused(&scene, &PipelineConfig { refiner, ..config });
+        assert!(matches!(error, GpuError::Unsupported { .. }) && error.to_string().contains("error target"));
+    }
     let module = shader_module("visibility/bvh").unwrap().replace("fn occluded", "fn hidden");
     let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
     let other = Renderer::with_visibility(device, queue, &scene, &config, &module);

@@ -58,6 +58,8 @@ pub(crate) struct Twins {
     pub(crate) stage: Stage,
     pub(crate) cpu: Pipeline,
     pub(crate) gpu: Renderer,
+    /// Whether the GPU has the CPU's G-buffer.
+    kept: bool,
 }
 
 impl Twins {
@@ -70,31 +72,30 @@ impl Twins {
     pub(crate) fn of(bench: &Bench, stage: Stage, config: &PipelineConfig, kept: bool) -> Self {
         let mut cpu = config.builder(stage.scene.clone(), stage.bvh.clone()).build().unwrap();
         cpu.render().unwrap();
-        let gpu = Renderer::new(&bench.gpu.device, &bench.gpu.queue, &stage.scene, config).unwrap();
-        let mut twins = Self { stage, cpu, gpu };
-        twins.render_gpu(bench, kept);
+        let gpu = bench.renderer(&stage.scene, config).unwrap();
+        let mut twins = Self { stage, cpu, gpu, kept };
+        twins.render_gpu(bench);
         twins
     }
 
-    /// The same with the CPU's G-buffer and a shader of which a part is another.
-    pub(crate) fn altered(
+    /// Renders on the GPU again, with a shader module of which a part is another.
+    pub(crate) fn alter(
+        &mut self,
         bench: &Bench,
-        scene: &'static str,
         config: &PipelineConfig,
         [module, right, wrong]: [&str; 3],
-    ) -> Self {
+    ) {
         let text = shader_module(module).unwrap();
         assert!(text.contains(right), "{module}: {right}");
         let modules = [(module, &*text.replace(right, wrong))];
-        let mut twins = Self::render(bench, scene, config, true);
         let Gpu { device, queue, .. } = &bench.gpu;
-        twins.gpu = Renderer::with_modules(device, queue, &twins.stage.scene, config, &modules).unwrap();
-        twins.render_gpu(bench, true);
-        twins
+        self.gpu = Renderer::with_modules(device, queue, &self.stage.scene, config, &modules).unwrap();
+        self.render_gpu(bench);
     }
 
-    fn render_gpu(&mut self, bench: &Bench, kept: bool) {
-        let surfaces = if kept {
+    /// Renders frame 0 on the GPU.
+    pub(crate) fn render_gpu(&mut self, bench: &Bench) {
+        let surfaces = if self.kept {
             bench.keep(&self.gpu, self.cpu.gbuffer());
             Surfaces::Kept
         } else {

@@ -28,15 +28,19 @@ impl Shader {
     /// A file cannot be read, or names a module or a slot that does not exist.
     pub(crate) fn new(program: &Program, replaced: &Replaced) -> Result<Self, GpuError> {
         let mut shader = Self::default();
+        // Comes last, so that what is open at its end is not closed by others: messages then point at it.
+        let mut outside = String::new();
         let mut names = vec!["shared/frame".to_owned()];
         names.extend(program.modules.iter().map(|&name| name.to_owned()));
         let mut next = 0;
         while let Some(name) = names.get(next).cloned() {
             next += 1;
-            let text = match replaced.iter().find(|(known, _)| *known == name) {
-                Some(&(_, text)) => Cow::Borrowed(text),
-                None => shader_module(&name)?,
+            let (text, place) = match replaced.iter().find(|(known, _)| *known == name) {
+                Some(&(_, text)) => (Cow::Borrowed(text), &mut outside),
+                None => (shader_module(&name)?, &mut shader.text),
             };
+            place.push_str(&text);
+            place.push('\n');
             for line in text.lines().filter_map(|line| line.strip_prefix("//@ ")) {
                 let (verb, rest) = line.split_once(' ').unwrap_or((line, ""));
                 for word in rest.split_whitespace() {
@@ -53,12 +57,12 @@ impl Shader {
                     }
                 }
             }
-            shader.text.push_str(&text);
         }
         shader.slots.sort_by_key(|&(slot, _)| slot);
         for &(slot, access) in &shader.slots {
             shader.text.push_str(&slot.declaration(access));
         }
+        shader.text.push_str(&outside);
         Ok(shader)
     }
 
