@@ -7,7 +7,9 @@
 
 mod device;
 mod exact;
+mod faults;
 mod gbuffers;
+mod limits;
 mod masks;
 mod outside;
 mod rays;

@@ -2,6 +2,7 @@
 
 use crate::GpuError;
 use crate::bindings::Slot;
+use crate::error::caught;
 use crate::frame::{self, Frame};
 use crate::refine::Choice;
 use crate::scene::SceneBuffers;
@@ -103,12 +104,38 @@ pub(crate) fn check_size(
     }
 }
 
+/// A buffer that holds something. Nothing panics where the device gives none.
+///
+/// # Errors
+/// The device is full or lost.
+pub(crate) fn filled(
+    device: &wgpu::Device,
+    what: &'static str,
+    bytes: &[u8],
+    usage: wgpu::BufferUsages,
+) -> Result<wgpu::Buffer, GpuError> {
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(what),
+        size: bytes.len() as u64,
+        usage,
+        mapped_at_creation: true,
+    });
+    let view = buffer.get_mapped_range_mut(..);
+    view.map_err(|error| GpuError::Memory(format!("{what}: {error}")))?.copy_from_slice(bytes);
+    buffer.unmap();
+    Ok(buffer)
+}
+
 impl Buffers {
     /// Makes all of them.
     ///
     /// # Errors
-    /// The image is too large for the device.
+    /// The image is too large for the device, or the device is full.
     pub(crate) fn new(device: &wgpu::Device, scene: &SceneBuffers, size: Size) -> Result<Self, GpuError> {
+        caught(device, GpuError::Memory, || Self::make(device, scene, size))
+    }
+
+    fn make(device: &wgpu::Device, scene: &SceneBuffers, size: Size) -> Result<Self, GpuError> {
         let limits = device.limits();
         let side = u64::from(size.width.max(size.height));
         if side > u64::from(limits.max_texture_dimension_2d) {

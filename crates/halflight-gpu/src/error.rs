@@ -69,7 +69,31 @@ pub enum GpuError {
         /// What happened.
         reason: String,
     },
+    /// The device gave no memory, or is lost.
+    #[error("the device gives no memory: {0}; it is full or lost")]
+    Memory(String),
     /// A buffer could not be read back.
     #[error("nothing came back from the device: {0}")]
     Readback(String),
+}
+
+/// Runs `make`; the first error that the device reports meanwhile is returned instead of what it made.
+///
+/// # Errors
+/// What the device reports, by `say`; or what `make` returns.
+pub(crate) fn caught<T>(
+    device: &wgpu::Device,
+    say: impl FnOnce(String) -> GpuError,
+    make: impl FnOnce() -> Result<T, GpuError>,
+) -> Result<T, GpuError> {
+    use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
+    let scopes = [OutOfMemory, Validation, Internal].map(|filter| device.push_error_scope(filter));
+    let made = make();
+    // Ready at once: what is created and compiled is so on this thread.
+    let errors = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop()));
+    match errors.last() {
+        Some(error @ wgpu::Error::OutOfMemory { .. }) => Err(GpuError::Memory(error.to_string())),
+        Some(error) => Err(say(error.to_string())),
+        None => made,
+    }
 }

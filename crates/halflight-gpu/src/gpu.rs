@@ -3,6 +3,8 @@
 use std::sync::mpsc;
 
 use crate::GpuError;
+use crate::error::caught;
+use crate::recorder::SIDE;
 
 /// Features that a device must have: none beyond WebGPU.
 pub fn required_features() -> wgpu::Features {
@@ -18,6 +20,24 @@ pub fn optional_features() -> wgpu::Features {
 /// buffers a stage instead of 8, so a device should be asked for as much as its adapter has.
 pub fn required_limits() -> wgpu::Limits {
     wgpu::Limits::default()
+}
+
+/// Most memory that the workgroups of a stage share, bytes.
+pub(crate) const WORKGROUP_BYTES: u64 = 8 << 10;
+
+/// Checks that a device allows what wgpu itself does not check before frames are submitted.
+///
+/// # Errors
+/// It does not.
+pub(crate) fn check_limits(limits: &wgpu::Limits) -> Result<(), GpuError> {
+    let refused = |what, needed: u64, unit, limit: u32| {
+        let advice = "ask the device for WebGPU's defaults";
+        let error = GpuError::TooLarge { what, needed, unit, limit: limit.into(), advice };
+        if needed <= limit.into() { Ok(()) } else { Err(error) }
+    };
+    refused("a dispatch", SIDE, "workgroups along a side", limits.max_compute_workgroups_per_dimension)?;
+    let memory = limits.max_compute_workgroup_storage_size;
+    refused("a workgroup", WORKGROUP_BYTES, "bytes of shared memory", memory)
 }
 
 /// An adapter with its device and queue.
@@ -79,6 +99,10 @@ impl Gpu {
     /// # Errors
     /// The device is lost or out of memory.
     pub fn read<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer) -> Result<Vec<T>, GpuError> {
+        caught(&self.device, GpuError::Readback, || self.read_uncaught(buffer))
+    }
+
+    fn read_uncaught<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer) -> Result<Vec<T>, GpuError> {
         let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("readback"),
             size: buffer.size(),

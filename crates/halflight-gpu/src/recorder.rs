@@ -26,7 +26,7 @@ pub(crate) enum Groups {
 }
 
 /// Workgroups along one side at most.
-const SIDE: u64 = 65_535;
+pub(crate) const SIDE: u64 = 65_535;
 
 /// An encoder with what every pass needs.
 pub(crate) struct Recorder<'a> {

@@ -210,7 +210,8 @@ impl Refine {
                 }
             }
             Self::SfvtGass(sfvt) => {
-                let tests = (1..=self.coarsest()).map(|level| cells(level) * sfvt.slots(level));
+                // What does not fit into 32 bits does not fit into a buffer either.
+                let tests = (1..=self.coarsest()).map(|level| cells(level).saturating_mul(sfvt.slots(level)));
                 let tests = tests.max().unwrap_or(0);
                 let quadrant = u64::from(frame::words(SfvtGassConfig::quadrant_pattern(pattern)));
                 Size {

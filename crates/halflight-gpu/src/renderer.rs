@@ -10,9 +10,10 @@ use halflight_cpu::pipeline::{MAX_SIZE, PipelineError, check_scene};
 
 use crate::GpuError;
 use crate::bindings::Slot;
-use crate::buffers::{Buffers, Size};
+use crate::buffers::{Buffers, Size, filled};
 use crate::frame::{Frame, Key};
 use crate::gbuffer::Rasterizer;
+use crate::gpu::check_limits;
 use crate::present::Present;
 use crate::programs;
 use crate::recorder::{Groups, Recorder};
@@ -157,6 +158,7 @@ impl Renderer {
             shader_module(name)?;
         }
         check_scene(scene)?;
+        check_limits(&device.limits())?;
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
         let stages = Stages::new(&Compiler { device, replaced: modules }, scene, config)?;
         let buffers = SceneBuffers::new(device, scene)?;
@@ -240,7 +242,7 @@ impl Renderer {
     /// Records a frame. It neither submits, maps nor waits.
     ///
     /// # Errors
-    /// None so far.
+    /// The device is full or lost; nothing has been recorded then.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, inputs: &Inputs) -> Result<(), GpuError> {
         let Self { stages, buffers, clock, .. } = self;
         if let Some(clock) = clock {
@@ -257,7 +259,7 @@ impl Renderer {
                 stages.refine.frames(general.with_light(number, light, key), self.pattern)
             })
             .collect();
-        write_frames(&self.device, encoder, buffers, &frames);
+        write_frames(&self.device, encoder, buffers, &frames)?;
         encoder.clear_buffer(&buffers.counters, 0, None);
 
         let mut recorder = Recorder { encoder, buffers, clock: clock.as_mut() };
@@ -360,19 +362,13 @@ fn write_frames(
     encoder: &mut wgpu::CommandEncoder,
     buffers: &Buffers,
     frames: &[Frame],
-) {
+) -> Result<(), GpuError> {
     let stride = buffers.frame_stride as usize;
     let mut bytes = vec![0; stride * frames.len()];
     for (slot, frame) in bytes.chunks_exact_mut(stride).zip(frames) {
         slot[..size_of::<Frame>()].copy_from_slice(bytemuck::bytes_of(frame));
     }
-    let staging = wgpu::util::DeviceExt::create_buffer_init(
-        device,
-        &wgpu::util::BufferInitDescriptor {
-            label: Some("uniforms"),
-            contents: &bytes,
-            usage: wgpu::BufferUsages::COPY_SRC,
-        },
-    );
+    let staging = filled(device, "uniforms", &bytes, wgpu::BufferUsages::COPY_SRC)?;
     encoder.copy_buffer_to_buffer(&staging, 0, &buffers.frames, 0, staging.size());
+    Ok(())
 }

@@ -10,10 +10,10 @@ use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
-use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 use crate::GpuError;
-use crate::buffers::check_size;
+use crate::buffers::{check_size, filled};
+use crate::error::caught;
 
 /// Levels of a hierarchy that shaders can traverse: `STACK` in `shaders/visibility/bvh.wgsl`.
 pub(crate) const STACK: usize = 32;
@@ -50,7 +50,7 @@ impl SceneBuffers {
     /// Builds the hierarchy of a valid scene and uploads everything.
     ///
     /// # Errors
-    /// The scene is too large for the device, or its hierarchy too deep.
+    /// The scene is too large for the device, or its hierarchy too deep; or the device is full or lost.
     pub(crate) fn new(device: &wgpu::Device, scene: &Scene) -> Result<Self, GpuError> {
         let mesh = &scene.mesh;
         let (low, high) = mesh.bounds().unwrap_or_default();
@@ -85,21 +85,19 @@ impl SceneBuffers {
                 bytes.len() as u64,
                 "scenes with fewer triangles or texels fit",
             )?;
-            Ok(device.create_buffer_init(&BufferInitDescriptor {
-                label: Some(what),
-                contents: bytes,
-                usage: wgpu::BufferUsages::STORAGE,
-            }))
+            filled(device, what, bytes, wgpu::BufferUsages::STORAGE)
         };
-        Ok(Self {
-            nodes: upload("hierarchy", bytemuck::cast_slice(&hierarchy.nodes))?,
-            triangles: upload("triangles", bytemuck::cast_slice(&triangles))?,
-            faces: upload("triangle numbers", bytemuck::cast_slice(&faces))?,
-            materials: upload("materials", bytemuck::cast_slice(&materials))?,
-            uvs: upload("texture coordinates", bytemuck::cast_slice(&uvs))?,
-            textures: upload("textures", bytemuck::cast_slice(&texels))?,
-            vertices: 3 * order.len() as u32,
-            size,
+        caught(device, GpuError::Memory, || {
+            Ok(Self {
+                nodes: upload("hierarchy", bytemuck::cast_slice(&hierarchy.nodes))?,
+                triangles: upload("triangles", bytemuck::cast_slice(&triangles))?,
+                faces: upload("triangle numbers", bytemuck::cast_slice(&faces))?,
+                materials: upload("materials", bytemuck::cast_slice(&materials))?,
+                uvs: upload("texture coordinates", bytemuck::cast_slice(&uvs))?,
+                textures: upload("textures", bytemuck::cast_slice(&texels))?,
+                vertices: 3 * order.len() as u32,
+                size,
+            })
         })
     }
 }

@@ -5,6 +5,7 @@ use std::num::NonZeroU64;
 use crate::GpuError;
 use crate::bindings::{Access, Slot};
 use crate::buffers::Buffers;
+use crate::error::caught;
 use crate::frame::Frame;
 use crate::programs::Program;
 use crate::shader::{Replaced, Shader};
@@ -48,39 +49,34 @@ impl Compiler<'_> {
         let label = Some(program.name);
         let Shader { text, slots } = Shader::new(program, replaced)?;
         check_bindings(device, program.name, &slots)?;
-        let scopes = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal];
-        let scopes = scopes.map(|filter| device.push_error_scope(filter));
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label,
-            source: wgpu::ShaderSource::Wgsl(text.into()),
-        });
-        let uniform = wgpu::BindGroupLayoutEntry {
-            binding: 0,
-            visibility: stages,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Uniform,
-                has_dynamic_offset: true,
-                min_binding_size: NonZeroU64::new(size_of::<Frame>() as u64),
-            },
-            count: None,
-        };
-        let others = slots.iter().map(|&(slot, access)| slot.layout(access, stages));
-        let entries: Vec<_> = std::iter::once(uniform).chain(others).collect();
-        let layout =
-            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label,
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = make(&module, &pipeline_layout);
-        for scope in scopes.into_iter().rev() {
-            // Ready at once: shaders are compiled on this thread.
-            if let Some(error) = pollster::block_on(scope.pop()) {
-                return Err(GpuError::Shader { name: program.name.to_owned(), reason: error.to_string() });
-            }
-        }
-        Ok((pipeline, Bindings { name: program.name, layout, slots }))
+        let failed = |reason| GpuError::Shader { name: program.name.to_owned(), reason };
+        caught(device, failed, || {
+            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label,
+                source: wgpu::ShaderSource::Wgsl(text.into()),
+            });
+            let uniform = wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: stages,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Uniform,
+                    has_dynamic_offset: true,
+                    min_binding_size: NonZeroU64::new(size_of::<Frame>() as u64),
+                },
+                count: None,
+            };
+            let others = slots.iter().map(|&(slot, access)| slot.layout(access, stages));
+            let entries: Vec<_> = std::iter::once(uniform).chain(others).collect();
+            let layout = device
+                .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries });
+            let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label,
+                bind_group_layouts: &[Some(&layout)],
+                immediate_size: 0,
+            });
+            let pipeline = make(&module, &pipeline_layout);
+            Ok((pipeline, Bindings { name: program.name, layout, slots }))
+        })
     }
 
     /// A compute program with its constants.

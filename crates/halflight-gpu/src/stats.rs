@@ -7,6 +7,7 @@ use halflight_core::stats::{FrameStats, StageTimes};
 
 use crate::GpuError;
 use crate::buffers::{BUCKETS, TALLY};
+use crate::error::caught;
 use crate::frame::LEVELS;
 
 /// A stage whose time is taken.
@@ -92,6 +93,7 @@ impl Clock {
 /// Statistics of a frame that has been recorded. Nothing is lost when it is dropped.
 #[derive(Debug)]
 pub struct PendingStats {
+    device: wgpu::Device,
     counters: wgpu::Buffer,
     times: Option<wgpu::Buffer>,
     passes: Vec<Timed>,
@@ -124,6 +126,7 @@ impl PendingStats {
             copy
         });
         Self {
+            device: device.clone(),
             counters: copy,
             times,
             passes: clock.map_or_else(Vec::new, |clock| clock.passes.clone()),
@@ -136,8 +139,9 @@ impl PendingStats {
     pub fn read(self, done: impl FnOnce(Result<GpuStats, GpuError>) + Send + 'static) {
         let buffers: Vec<_> = std::iter::once(self.counters.clone()).chain(self.times.clone()).collect();
         let waiting = Arc::new(AtomicUsize::new(buffers.len()));
+        let device = self.device.clone();
         let shared = Arc::new(std::sync::Mutex::new(Some((self, done))));
-        for buffer in buffers {
+        let map = |buffer: wgpu::Buffer| {
             let (waiting, shared) = (Arc::clone(&waiting), Arc::clone(&shared));
             buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
                 let last = waiting.fetch_sub(1, Ordering::AcqRel) == 1;
@@ -152,7 +156,12 @@ impl PendingStats {
                     });
                 }
             });
-        }
+        };
+        // `done` hears of whatever goes wrong here.
+        let _ = caught(&device, GpuError::Readback, || {
+            buffers.into_iter().for_each(map);
+            Ok(())
+        });
     }
 
     fn collect(&self) -> Result<GpuStats, GpuError> {

@@ -2,6 +2,7 @@ use naga::front::wgsl;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 use crate::bindings::{Access, Slot};
+use crate::gpu::WORKGROUP_BYTES;
 use crate::programs::{ALL, Program};
 use crate::shader::Shader;
 
@@ -20,7 +21,11 @@ fn every_program_is_valid_and_binds_what_it_says() {
         let info = validator.validate(&module).unwrap_or_else(|error| panic!("{}: {error:?}", program.name));
         let index = module.entry_points.iter().position(|entry| entry.name == program.entry).unwrap();
         let used = info.get_entry_point(index);
+        let mut shared = 0;
         for (handle, global) in module.global_variables.iter() {
+            if global.space == naga::AddressSpace::WorkGroup {
+                shared += u64::from(module.types[global.ty].inner.size(module.to_ctx()));
+            }
             let Some(binding) = global.binding else { continue };
             let usage = used[handle];
             assert!(!usage.is_empty(), "{} does not use {:?}", program.name, global.name);
@@ -31,5 +36,6 @@ fn every_program_is_valid_and_binds_what_it_says() {
                 assert!(writes || atomic, "{} only reads {slot:?}", program.name);
             }
         }
+        assert!(shared <= WORKGROUP_BYTES, "{} shares {shared} bytes", program.name);
     }
 }

@@ -1,0 +1,127 @@
+//! What goes wrong while frames are rendered: lists that overflow, and devices that are lost.
+
+use std::sync::mpsc;
+
+use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
+use halflight::irradiance::Shading;
+use halflight::refine::{LatticeConfig, NicholsConfig, SfvtGassConfig};
+use halflight_gpu::{Gpu, GpuError, GpuStats, Inputs, Inside, Renderer, shader_module, wgpu};
+use halflight_tests::blocker_over_floor;
+
+use crate::device::Bench;
+use crate::scenes::{bundled, full};
+
+/// A renderer whose lists of queries end early: at this share of their room.
+fn cramped(bench: &Bench, config: &PipelineConfig, share: u32, modules: &[&'static str]) -> Renderer {
+    let texts: Vec<String> = modules
+        .iter()
+        .map(|module| {
+            let text = shader_module(module).unwrap();
+            assert!(text.contains("frame.capacity"), "{module}");
+            text.replace("frame.capacity", &format!("(frame.capacity / {share}u)"))
+        })
+        .collect();
+    let modules: Vec<(&str, &str)> = modules.iter().copied().zip(texts.iter().map(String::as_str)).collect();
+    let Gpu { device, queue, .. } = &bench.gpu;
+    Renderer::with_modules(device, queue, &bundled("toys").scene, config, &modules).unwrap()
+}
+
+/// Renders with queries that nobody has written marked; returns the statistics, the image and how many are left.
+fn overflow(bench: &Bench, gpu: &mut Renderer) -> (GpuStats, Vec<[f32; 4]>, usize) {
+    let queries = gpu.inside(Inside::Queries);
+    bench.gpu.queue.write_buffer(queries, 0, &vec![0xab; queries.size() as usize]);
+    let stats = bench.gpu.render(gpu, &Inputs::default()).unwrap();
+    let image = bench.read(gpu.image());
+    let queries: Vec<[u32; 4]> = bench.read(gpu.inside(Inside::Queries));
+    (stats, image, queries.iter().filter(|query| **query == [0xabab_abab; 4]).count())
+}
+
+#[test]
+fn queries_without_room_are_counted_and_others_are_as_they_were() {
+    let Some(bench) = Bench::open() else { return };
+    let config = full(64, 48, Shading::Ratio);
+    let mut plain = bench.renderer(&bundled("toys").scene, &config).unwrap();
+    let stats = bench.render(&mut plain, &Inputs::default());
+    let expected: Vec<[f32; 4]> = bench.read(plain.image());
+    let all: u64 = stats.frame.fragments.per_level.iter().sum();
+    let (stats, image, left) =
+        overflow(&bench, &mut cramped(&bench, &config, 8, &["refine/full", "dispatch"]));
+    assert_eq!(stats.lost, all - 64 * 48 / 8);
+    assert_eq!(left, 64 * 48 * 7 / 8);
+    // A pixel has its value or none.
+    let mut dark = 0;
+    for (found, expected) in image.iter().zip(&expected) {
+        let missing = *found == [0.0, 0.0, 0.0, 1.0];
+        assert!(missing || found == expected, "{found:?} {expected:?}");
+        dark += u64::from(missing && found != expected);
+    }
+    assert!(dark > 0 && dark <= stats.lost, "{dark} of {}", stats.lost);
+}
+
+#[test]
+fn refiners_survive_lists_that_overflow() {
+    let Some(bench) = Bench::open() else { return };
+    let lattice = RefinerConfig::Lattice(LatticeConfig::default());
+    let cases: [(RefinerConfig, &[&str]); 3] = [
+        (RefinerConfig::Nichols(NicholsConfig::default()), &["refine/nichols_choose", "dispatch"]),
+        (
+            RefinerConfig::SfvtGass(SfvtGassConfig::default()),
+            &["refine/sfvt_classify", "refine/sfvt_finals", "dispatch"],
+        ),
+        (lattice, &["refine/lattice_ask", "dispatch"]),
+    ];
+    for (refiner, modules) in cases {
+        let upsampler =
+            if refiner == lattice { UpsamplerConfig::Lattice } else { UpsamplerConfig::RbfRobust };
+        // 109 × 83 pixels: shares of these are no multiple of a cell's queries.
+        let config = PipelineConfig { refiner, upsampler, ..full(109, 83, Shading::Ratio) };
+        let mut plain = bench.renderer(&bundled("toys").scene, &config).unwrap();
+        bench.render(&mut plain, &Inputs::default());
+        let expected: Vec<[f32; 4]> = bench.read(plain.image());
+        let brightest = expected.iter().map(|pixel| pixel[0]).fold(0.0, f32::max);
+        let (stats, image, left) = overflow(&bench, &mut cramped(&bench, &config, 50, modules));
+        assert!(stats.lost > 0, "{refiner:?}");
+        let room = plain.inside(Inside::Queries).size() as usize / 16;
+        assert!(left >= room - room / 50, "{refiner:?}: {left} of {room}");
+        // Neither what is not finite nor light from nowhere.
+        assert!(image.iter().flatten().all(|&value| (0.0..=1.5 * brightest.max(1.0)).contains(&value)));
+        // The device goes on.
+        bench.render(&mut plain, &Inputs::default());
+        assert!(bench.read::<[f32; 4]>(plain.image()) == expected, "{refiner:?}");
+    }
+}
+
+#[test]
+fn lost_devices_give_errors_and_no_panic() {
+    let Some(bench) = Bench::open() else { return };
+    let scene = blocker_over_floor();
+    let config = full(32, 24, Shading::Ratio);
+    let mut gpu = bench.renderer(&scene, &config).unwrap();
+    bench.render(&mut gpu, &Inputs::default());
+    // A frame that is recorded before and submitted after.
+    let Gpu { device, queue, .. } = &bench.gpu;
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    gpu.record(&mut encoder, &Inputs::default()).unwrap();
+    let pending = gpu.read_stats(&mut encoder);
+    device.destroy();
+    queue.submit([encoder.finish()]);
+    let (send, receive) = mpsc::channel();
+    pending.read(move |stats| send.send(stats).unwrap());
+    let _ = device.poll(wgpu::PollType::wait_indefinitely());
+    assert!(matches!(receive.try_recv().unwrap(), Err(GpuError::Readback(_))));
+    // One that is recorded after.
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    assert!(matches!(gpu.record(&mut encoder, &Inputs::default()), Err(GpuError::Memory(_))));
+    let pending = gpu.read_stats(&mut encoder);
+    queue.submit([encoder.finish()]);
+    let (send, receive) = mpsc::channel();
+    pending.read(move |stats| send.send(stats).unwrap());
+    assert!(matches!(receive.try_recv().unwrap(), Err(GpuError::Readback(_))));
+    assert!(matches!(bench.gpu.render(&mut gpu, &Inputs::default()), Err(GpuError::Memory(_))));
+    assert!(matches!(bench.gpu.read::<u32>(gpu.image()), Err(GpuError::Readback(_))));
+    assert!(bench.gpu.download(&gpu).is_err());
+    // Buffers of another size may come into being or not.
+    let _ = gpu.resize(20, 10);
+    assert!(bench.gpu.render(&mut gpu, &Inputs::default()).is_err());
+    assert!(matches!(bench.renderer(&scene, &config), Err(GpuError::Memory(_))));
+}
