@@ -5,6 +5,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+mod controls;
 mod device;
 mod exact;
 mod faults;

@@ -1,0 +1,192 @@
+//! What every comparison must notice: shaders that are wrong, one module at a time.
+
+use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
+use halflight::irradiance::Shading;
+use halflight::refine::{LatticeConfig, NicholsConfig, SfvtGassConfig};
+
+use crate::device::Bench;
+use crate::scenes::{Twins, full};
+use crate::upsamplers::UPSAMPLERS;
+use crate::whole::nmse2;
+use crate::{gbuffers, masks, refiners, upsamplers};
+
+/// Checks that the right shaders pass, that what changes nothing passes too, and that wrong ones do not.
+fn notices(
+    bench: &Bench,
+    scene: &'static str,
+    config: &PipelineConfig,
+    check: impl Fn(&Twins) -> Result<(), String>,
+    wrong: &[[&str; 3]],
+) {
+    notices_in(bench, Twins::render(bench, scene, config, true), config, check, wrong);
+}
+
+fn notices_in(
+    bench: &Bench,
+    mut twins: Twins,
+    config: &PipelineConfig,
+    check: impl Fn(&Twins) -> Result<(), String>,
+    wrong: &[[&str; 3]],
+) {
+    check(&twins).unwrap();
+    twins.alter(bench, config, ["shared/frame", "var<uniform> frame: Frame;", "var<uniform> frame : Frame;"]);
+    check(&twins).unwrap();
+    let mut is_missed = |altered: &&[&str; 3]| {
+        twins.alter(bench, config, **altered);
+        check(&twins).is_ok()
+    };
+    let missed: Vec<_> = wrong.iter().filter(&mut is_missed).collect();
+    assert!(missed.is_empty(), "{missed:?}");
+}
+
+#[test]
+fn surfaces() {
+    let Some(bench) = Bench::open() else { return };
+    let config = full(160, 120, Shading::Ratio);
+    let twins = Twins::render(&bench, "toys", &config, false);
+    let check = |twins: &Twins| match gbuffers::compare(&bench, twins)? {
+        others if others * 200 >= 160 * 120 => Err(others.to_string()),
+        _ => Ok(()),
+    };
+    let wrong = [
+        ["gbuffer", "vertex / 3u", "vertex / 3u ^ 1u"],
+        ["resolve", "weights.x + (c.xyz", "weights.y + (c.xyz"],
+        ["resolve", "up = -up;", ""],
+        ["resolve", "faces[triangle].x);", "triangle);"],
+    ];
+    notices_in(&bench, twins, &config, check, &wrong);
+}
+
+#[test]
+fn light_samples() {
+    let Some(bench) = Bench::open() else { return };
+    let check = |twins: &Twins| match masks::compare(&bench, twins)? {
+        (flips, rays) if flips * 100_000 > rays => Err(flips.to_string()),
+        _ => Ok(()),
+    };
+    let wrong = [
+        ["shared/hash", "x ^= x >> 15u;", "x ^= x >> 14u;"],
+        ["shared/light", "* (1.0 / 65536.0)", "* (1.0 / 65600.0)"],
+        ["shared/receiver", "3e-5", "3e-2"],
+        ["visibility/horizon", "return above == 4u;", "return true;"],
+        ["visibility/masks", "if adds_light(receiver, end)", "if true"],
+    ];
+    notices(&bench, "atrium", &full(80, 60, Shading::Ratio), check, &wrong);
+}
+
+#[test]
+fn shading() {
+    let Some(bench) = Bench::open() else { return };
+    let check = |twins: &Twins| {
+        let off = nmse2(&bench.read::<[f32; 4]>(twins.gpu.image()), twins.cpu.image());
+        // As for whole frames.
+        if off < 1e-8 { Ok(()) } else { Err(off.to_string()) }
+    };
+    let ratio = [
+        ["compose", "frame.radiance * value", "frame.radiance * value * 1.001"],
+        ["compose", "value *= unshadowed(receiver.origin, receiver.normal);", ""],
+        ["shared/unshadowed", "let z = t * t;", "let z = 1.1 * t * t;"],
+        ["shared/unshadowed", "visible_polygon(origin, up);", "visible_polygon(origin + up * 1e-2, up);"],
+        ["shared/sums", "lit += term;", "lit += 1.001 * term;"],
+    ];
+    notices(&bench, "toys", &full(96, 72, Shading::Ratio), check, &ratio);
+    let sampled = [
+        ["shared/light", "receiver * emitter / (squared * squared)", "receiver * emitter / squared"],
+        ["shared/sums", "f32(sums.count)", "f32(sums.count + 1u)"],
+        ["irradiance", "sums_sampled(query_sums(query))", "query_fraction(query)"],
+    ];
+    notices(&bench, "toys", &full(96, 72, Shading::Sampled), check, &sampled);
+}
+
+#[test]
+fn refiners() {
+    let Some(bench) = Bench::open() else { return };
+    let check = |twins: &Twins| refiners::check(&bench, twins, Shading::Ratio);
+    let shared = [
+        [
+            "pyramid",
+            "let turn = normal_at(a) - normal_at(b);",
+            "let turn = 0.5 * (normal_at(a) - normal_at(b));",
+        ],
+        ["pyramid", "return vec2(step * step,", "return vec2(step,"],
+        ["shared/place", "corner + size / 2u", "corner + size / 4u"],
+        ["owners", "if kept == 0u {", "if kept != KEPT_MORE && level == 2u {"],
+    ];
+    let nichols = [
+        ["refine/nichols_choose", "state != FORCED {", "state == FORCED {"],
+        ["refine/nichols_compare", ">= frame.enough", "> frame.enough + 2.0"],
+        ["refine/nichols_reuse", "votes.lit & agreed", "votes.unlit & agreed"],
+        ["refine/nichols_merge", "| reused[at].y", ""],
+        ["refine/nichols_settle", "if flagged || broken {", "if broken {"],
+        ["shared/votes", "select(1u, 2u, INTERLEAVED)", "select(0u, 1u, INTERLEAVED)"],
+    ];
+    let config = |refiner| PipelineConfig { refiner, ..full(110, 83, Shading::Ratio) };
+    let refiner = RefinerConfig::Nichols(NicholsConfig::default());
+    notices(&bench, "toys", &config(refiner), check, &[&shared[..], &nichols].concat());
+    let sfvt = [
+        ["refine/sfvt_classify", "if curved || (", "if curved && ("],
+        ["refine/sfvt_judge", "differing <= frame.split_above", "differing <= 2u * frame.split_above"],
+        ["refine/sfvt_judge", "deep |=", "deep &="],
+        ["refine/sfvt_value", "all.visible + sums.visible", "sums.visible"],
+        ["refine/sfvt_finals", "asks = !faces_away(pixel);", "asks = false;"],
+    ];
+    let refiner = RefinerConfig::SfvtGass(SfvtGassConfig::default());
+    notices(&bench, "toys", &config(refiner), check, &sfvt);
+}
+
+#[test]
+fn the_lattice() {
+    let Some(bench) = Bench::open() else { return };
+    let refiner = RefinerConfig::Lattice(LatticeConfig::default());
+    let upsampler = UpsamplerConfig::Lattice;
+    let config = PipelineConfig { refiner, upsampler, ..full(140, 100, Shading::Ratio) };
+    let wrong = [
+        ["refine/breaks", "if rises.above_a <= rises.limit &&", "if rises.above_a <= 2.0 * rises.limit ||"],
+        ["refine/breaks_gather", "|= breaks[", "= breaks["],
+        ["refine/lattice_look", "breaks_here == STEP &&", "breaks_here == SHADES &&"],
+        ["refine/lattice_ask", "|| waits(corner);", ";"],
+        ["refine/lattice_value", "let fraction = query_fraction(query);", "let fraction = 0.5;"],
+        ["refine/lattice_judge", "high - low <= frame.error", "high - low <= 2.0 * frame.error"],
+        ["refine/lattice_mend", "> 0u && !agrees", "> 9999u && !agrees"],
+    ];
+    let check = |twins: &Twins| refiners::check_lattice(&bench, twins, Shading::Ratio);
+    notices(&bench, "toys", &config, check, &wrong);
+    // With cells that are kept although their corners differ.
+    let refiner = RefinerConfig::Lattice(LatticeConfig { error: 0.3, ..LatticeConfig::default() });
+    let config = PipelineConfig { refiner, ..config };
+    let wrong = [
+        ["upsample/lattice", "weights.y * values.y", "weights.y * values.z"],
+        ["upsample/lattice", "clamp(found.value, low, high)", "low"],
+        ["upsample/pixels", "owner.level <= COPIED_LEVEL", "owner.level <= COPIED_LEVEL + 1u"],
+    ];
+    let check = |twins: &Twins| upsamplers::check(&bench, twins, &config, 1e-4);
+    notices(&bench, "toys", &config, check, &wrong);
+}
+
+#[test]
+fn upsamplers() {
+    let Some(bench) = Bench::open() else { return };
+    let refiner = RefinerConfig::SfvtGass(SfvtGassConfig::default());
+    let wrong: [&[[&str; 3]]; 4] = [
+        &[
+            ["upsample/bilinear", "vec4(9.0, 3.0, 3.0, 1.0)", "vec4(9.0, 3.0, 2.0, 1.0)"],
+            ["upsample/bilinear", "parent - min(parent, vec2(1u))", "parent - min(parent, vec2(2u))"],
+        ],
+        &[
+            ["upsample/rbf", "return VARIANCE;", "return 1.5 * VARIANCE;"],
+            ["shared/further", "+ half * vec2", "+ (half - 1u) * vec2"],
+        ],
+        &[["upsample/rbf", "return VARIANCE * (", "return 0.25 * VARIANCE * ("]],
+        &[
+            ["upsample/robust", "STIFFNESS * max", "4.0 * STIFFNESS * max"],
+            ["upsample/robust", "walk_around(rect, 1u, AROUND)", "walk_around(rect, 2u, AROUND)"],
+            ["upsample/trust", "0.25 * f32", "0.75 * f32"],
+            ["upsample/pixels", "owner.level <= COPIED_LEVEL", "owner.level <= COPIED_LEVEL + 1u"],
+        ],
+    ];
+    for ((upsampler, tolerance), wrong) in UPSAMPLERS.into_iter().zip(wrong) {
+        let config = PipelineConfig { refiner, upsampler, ..full(110, 83, Shading::Ratio) };
+        let check = |twins: &Twins| upsamplers::check(&bench, twins, &config, tolerance);
+        notices(&bench, "toys", &config, check, wrong);
+    }
+}
