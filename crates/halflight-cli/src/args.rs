@@ -138,7 +138,7 @@ pub(crate) struct Choices {
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<(u32, u32)>,
     /// What renders: the processor, or the fastest graphics device with a driver for Vulkan, Direct3D 12 or Metal, which has
-    /// no error targets, proofs and triangulation.
+    /// no proofs and no triangulation.
     #[arg(long, default_value = "cpu", value_parser = PossibleValuesParser::new(DEVICES))]
     pub(crate) device: String,
     /// NMSE₂ to come down to: the lattice with as many light samples and as fine cells as that takes. What is to be expected
