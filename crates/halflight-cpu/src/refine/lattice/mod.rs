@@ -303,6 +303,10 @@ impl Lattice {
 
     /// Whether so many pixels are left to be looked at, in cells of this level, that every one may as well be traced.
     fn is_dense(&self, gbuffer: &GBuffer, level: u8) -> bool {
+        // What proofs are still to be tried of is not left to pixels.
+        if self.config.certify && level >= PROVE_LEVEL {
+            return false;
+        }
         let Some(share) = self.plan.dense_share(level) else {
             return false;
         };
