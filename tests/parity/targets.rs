@@ -61,11 +61,11 @@ fn a_trial_that_sees_more_noise_takes_more_samples() {
     let mut twins = Twins::render(&bench, "toys", &config(1e-4), true);
     let [found, expected] = sides(&bench, &twins);
     assert_eq!(found, expected);
+    assert!(error(&bench, &twins) < 1e-4);
     twins.alter(&bench, &config(1e-4), ["refine/target_show", "NOISE: f32 = 0.12", "NOISE: f32 = 0.6"]);
     let [found, expected] = sides(&bench, &twins);
     assert!(found > expected, "{found} {expected}");
     // One that takes no notice of what was chosen has the error of the fewest samples.
-    assert!(error(&bench, &twins) < 1e-4);
     let wrong = ["refine/target_choose", "chosen[0] = choice_of(side)", "chosen[0] = choice_of(0u)"];
     twins.alter(&bench, &config(1e-4), wrong);
     assert!(error(&bench, &twins) > 1e-4);
