@@ -4,13 +4,9 @@
 //@ reads position
 
 @compute @workgroup_size(64)
-fn level(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn level(here: Lane) {
     let size = 1u << frame.level;
-    let number = invocation(workgroup, workgroups, lane);
+    let number = invocation(here);
     let along = number % (2u * size);
     let columns = level_size(frame.level).x;
     let cell = vec2(number / (2u * size) % columns, number / (2u * size) / columns);

@@ -6,12 +6,8 @@
 override SHADING: u32 = 1u;
 
 @compute @workgroup_size(64)
-fn value(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let query = query_of(invocation(workgroup, workgroups, lane));
+fn value(here: Lane) {
+    let query = query_of(invocation(here));
     if query == NONE {
         return;
     }

@@ -6,17 +6,13 @@
 override INTERLEAVED: bool = false;
 
 @compute @workgroup_size(64)
-fn choose(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let cell = cell_of(invocation(workgroup, workgroups, lane));
+fn choose(here: Lane) {
+    let cell = cell_of(invocation(here));
     var pixel = NONE;
     if cell.y < level_size(frame.level).y {
         pixel = chosen(cell);
     }
-    let slot = append(lane, pixel != NONE, QUERIES, frame.capacity);
+    let slot = append(here.index, pixel != NONE, QUERIES, frame.capacity);
     if slot == NONE {
         return;
     }

@@ -4,12 +4,8 @@
 //@ writes wanted reused
 
 @compute @workgroup_size(64)
-fn reuse(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let query = query_of(invocation(workgroup, workgroups, lane));
+fn reuse(here: Lane) {
+    let query = query_of(invocation(here));
     if query == NONE {
         return;
     }

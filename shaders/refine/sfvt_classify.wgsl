@@ -3,17 +3,13 @@
 //@ writes samples
 
 @compute @workgroup_size(64)
-fn classify(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let cell = cell_of(invocation(workgroup, workgroups, lane));
+fn classify(here: Lane) {
+    let cell = cell_of(invocation(here));
     var asks = false;
     if cell.y < level_size(frame.level).y {
         asks = is_tested(cell);
     }
-    let slot = append(lane, asks, QUERIES, frame.capacity / frame.slots);
+    let slot = append(here.index, asks, QUERIES, frame.capacity / frame.slots);
     if slot == NONE {
         return;
     }

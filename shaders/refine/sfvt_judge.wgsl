@@ -18,12 +18,8 @@ struct Seen {
 const RING: array<u32, 4> = array(0u, 1u, 3u, 2u);
 
 @compute @workgroup_size(64)
-fn judge(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let first = invocation(workgroup, workgroups, lane) * frame.slots;
+fn judge(here: Lane) {
+    let first = invocation(here) * frame.slots;
     if first >= atomicLoad(&counters[END]) {
         return;
     }

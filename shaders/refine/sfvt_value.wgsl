@@ -6,12 +6,8 @@
 override SHADING: u32 = 1u;
 
 @compute @workgroup_size(64)
-fn value(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let first = invocation(workgroup, workgroups, lane) * frame.slots;
+fn value(here: Lane) {
+    let first = invocation(here) * frame.slots;
     if first >= atomicLoad(&counters[END]) {
         return;
     }

@@ -9,12 +9,8 @@ const NOISE: f32 = 0.12;
 const INNER: u32 = 0x7f7f7f7fu;
 
 @compute @workgroup_size(64)
-fn show(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let query = query_of(invocation(workgroup, workgroups, lane));
+fn show(here: Lane) {
+    let query = query_of(invocation(here));
     if query == NONE {
         return;
     }

@@ -88,9 +88,16 @@ fn cell_index(level: u32, cell: vec2<u32>) -> u32 {
     return level_first(level) + cell.y * level_size(level).x + cell.x;
 }
 
-// Number of an invocation in a dispatch of one or two dimensions, in workgroups of 64.
-fn invocation(workgroup: vec3<u32>, workgroups: vec3<u32>, lane: u32) -> u32 {
-    return (workgroup.y * workgroups.x + workgroup.x) * 64u + lane;
+// Where an invocation is in a dispatch of one or two dimensions, in workgroups of 64.
+struct Lane {
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) index: u32,
+}
+
+// Its number.
+fn invocation(here: Lane) -> u32 {
+    return (here.workgroup.y * here.workgroups.x + here.workgroup.x) * 64u + here.index;
 }
 
 // Written out, so that no compiler chooses an order.

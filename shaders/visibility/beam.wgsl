@@ -43,12 +43,8 @@ var<workgroup> traced: atomic<u32>;
 var<workgroup> skipped: atomic<u32>;
 
 @compute @workgroup_size(64)
-fn beam(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let query = query_of(invocation(workgroup, workgroups, lane));
+fn beam(here: Lane) {
+    let query = query_of(invocation(here));
     var receiver: Receiver;
     let is_member = wants(query);
     var place = 0u;
@@ -61,16 +57,16 @@ fn beam(
         }
     }
     workgroupBarrier();
-    if lane == 0u {
+    if here.index == 0u {
         start_gathering();
     }
     var nodes_left = workgroupUniformLoad(&at_hand);
     while nodes_left.x < nodes_left.y {
-        for (var item = nodes_left.x + lane; item < nodes_left.y; item += 64u) {
+        for (var item = nodes_left.x + here.index; item < nodes_left.y; item += 64u) {
             visit(queue[item]);
         }
         workgroupBarrier();
-        if lane == 0u {
+        if here.index == 0u {
             let total = atomicLoad(&queued);
             let fits = total <= QUEUE && atomicLoad(&listed) <= LIST;
             at_hand = vec3(nodes_left.y, select(nodes_left.y, total, fits), u32(fits));
@@ -78,7 +74,7 @@ fn beam(
         nodes_left = workgroupUniformLoad(&at_hand);
     }
     let fits = nodes_left.z == 1u;
-    if lane == 0u && !fits {
+    if here.index == 0u && !fits {
         first_spilled = 1u + atomicAdd(&spilled[0], atomicLoad(&members));
     }
     workgroupBarrier();
@@ -88,8 +84,8 @@ fn beam(
         atomicStore(&spilled[first_spilled + place], query);
     }
     workgroupBarrier();
-    if lane == 0u {
-        let bucket = TALLY + (workgroup.y * workgroups.x + workgroup.x) % BUCKETS;
+    if here.index == 0u {
+        let bucket = TALLY + (here.workgroup.y * here.workgroups.x + here.workgroup.x) % BUCKETS;
         atomicAdd(&counters[bucket + PURPOSE * BUCKETS], atomicLoad(&traced));
         atomicAdd(&counters[bucket + SKIPPED * BUCKETS], atomicLoad(&skipped));
     }

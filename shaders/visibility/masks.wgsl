@@ -13,18 +13,14 @@ var<workgroup> traced: atomic<u32>;
 var<workgroup> skipped: atomic<u32>;
 
 @compute @workgroup_size(64)
-fn masks(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let group = workgroup.y * workgroups.x + workgroup.x;
+fn masks(here: Lane) {
+    let group = here.workgroup.y * here.workgroups.x + here.workgroup.x;
     let stride = frame.pattern.stride;
-    var number = group * (64u / min(stride, 64u)) + lane / min(stride, 64u);
-    var index = lane % min(stride, 64u);
+    var number = group * (64u / min(stride, 64u)) + here.index / min(stride, 64u);
+    var index = here.index % min(stride, 64u);
     if stride > 64u {
         number = group / (stride / 64u);
-        index = (group % (stride / 64u)) * 64u + lane;
+        index = (group % (stride / 64u)) * 64u + here.index;
     }
     let query = query_of(number);
     let exists = query != NONE;
@@ -38,10 +34,10 @@ fn masks(
             let receiver = receiver_at(asked.pixel);
             let end = sample_point(index, asked.key);
             if adds_light(receiver, end) {
-                atomicOr(&wanted_words[lane / chunk], bit);
+                atomicOr(&wanted_words[here.index / chunk], bit);
                 atomicAdd(&traced, 1u);
                 if !occluded(receiver.origin, end) {
-                    atomicOr(&visible_words[lane / chunk], bit);
+                    atomicOr(&visible_words[here.index / chunk], bit);
                 }
             } else {
                 atomicAdd(&skipped, 1u);
@@ -49,11 +45,11 @@ fn masks(
         }
     }
     workgroupBarrier();
-    if exists && lane % chunk == 0u && index < frame.pattern.count {
-        wanted[word] = atomicLoad(&wanted_words[lane / chunk]);
-        visible[word] = atomicLoad(&visible_words[lane / chunk]);
+    if exists && here.index % chunk == 0u && index < frame.pattern.count {
+        wanted[word] = atomicLoad(&wanted_words[here.index / chunk]);
+        visible[word] = atomicLoad(&visible_words[here.index / chunk]);
     }
-    if lane == 0u {
+    if here.index == 0u {
         let bucket = TALLY + group % BUCKETS;
         atomicAdd(&counters[bucket + PURPOSE * BUCKETS], atomicLoad(&traced));
         atomicAdd(&counters[bucket + SKIPPED * BUCKETS], atomicLoad(&skipped));

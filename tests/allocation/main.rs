@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 use halflight::frame::LightSampling;
 use halflight::pattern::PatternKind;
+use halflight::refine::LatticeConfig;
 use halflight_tests::{Stage, blocker_over_floor};
 
 /// Counts bytes asked for in blocks that are no bookkeeping of a thread pool.
@@ -81,6 +82,9 @@ fn a_warm_frame_allocates_no_buffer_and_holds_only_what_it_uses() {
             PipelineConfig { width: 320, height: 240, visibility, sampling, ..PipelineConfig::default() };
         render_warm(&stage, &config, name);
     }
+    let refiner = RefinerConfig::Lattice(LatticeConfig { target: 1e-4, ..LatticeConfig::default() });
+    let config = PipelineConfig { width: 320, height: 240, refiner, ..PipelineConfig::default() };
+    render_warm(&stage, &config, "an error target");
     // The counter does count.
     let before = LARGE_BYTES.load(Ordering::Relaxed);
     drop(vec![1u8; 2 * LARGE]);

@@ -47,8 +47,11 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// Samples along one side of the light in a trial, and the fewest and most of receivers that are asked once.
-    pub const SIDES: [u16; 3] = [FIRST, *SIDES.start(), ONCE];
+    /// Samples along one side of the light in a trial.
+    pub const TRIAL: u16 = FIRST;
+
+    /// Most samples along one side of the light that every receiver is asked for at once.
+    pub const ONCE: u16 = ONCE;
 
     /// The shares of an NMSE₂.
     pub fn new(target: f32) -> Self {

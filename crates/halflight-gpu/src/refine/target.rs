@@ -34,10 +34,7 @@ pub(super) struct Target {
 impl Target {
     /// Words of the longest masks: every receiver is asked once, for at most so many samples. The CPU asks those that see part
     /// of the light a second time where that is not enough.
-    pub(super) const WORDS: u32 = {
-        let [_, _, most] = Budget::SIDES;
-        (most as u32 * most as u32).div_ceil(32)
-    };
+    pub(super) const WORDS: u32 = (Budget::ONCE as u32 * Budget::ONCE as u32).div_ceil(32);
 
     pub(super) fn new(compiler: &Compiler, target: f32) -> Result<Self, GpuError> {
         let Budget { noise, interpolation, step_level } = Budget::new(target);
@@ -52,8 +49,7 @@ impl Target {
 
     /// The pattern of a trial.
     pub(super) fn trial(pattern: Pattern) -> GpuPattern {
-        let [side, ..] = Budget::SIDES;
-        GpuPattern::new(Pattern { columns: side, rows: side, ..pattern })
+        GpuPattern::new(Pattern { columns: Budget::TRIAL, rows: Budget::TRIAL, ..pattern })
     }
 
     /// Tries, chooses, and writes what is chosen into the uniforms of the levels, which begin at `first`; the trial's is behind
@@ -75,6 +71,8 @@ impl Target {
         recorder.run(&self.choose, Timed::Refine, trial, Groups::Count(1));
         let buffers = recorder.buffers;
         // Error and level of steps are neighbours in both.
+        const { assert!(offset_of!(Choice, step_level) == offset_of!(Choice, error) + 4) };
+        const { assert!(offset_of!(Frame, step_level) == offset_of!(Frame, error) + 4) };
         for (from, to, bytes) in [
             (offset_of!(Choice, pattern), offset_of!(Frame, pattern), size_of::<GpuPattern>()),
             (offset_of!(Choice, error), offset_of!(Frame, error), 8),

@@ -89,20 +89,21 @@ impl Lattice {
             let pixels = f64::from((x1 - x0) * (y1 - y0)) * group.len() as f64;
             (cell, variance * pixels)
         };
-        let groups = cells.par_chunks(stride).enumerate().with_min_len(256);
-        let mut judged: Vec<(Cell, f64)> = groups.map(judge).collect();
+        let mut judged = std::mem::take(&mut self.judged);
+        cells.par_chunks(stride).enumerate().with_min_len(256).map(judge).collect_into_vec(&mut judged);
         judged.retain(|(_, variance)| *variance > 0.0);
         self.shining.clear();
         let samples = judged.iter().flat_map(|(cell, _)| fragments.cell_samples(cell));
         self.shining.extend(samples.map(|&sample| fragments.samples()[sample as usize].pixel));
         self.shine(view);
         let (mut sum, mut first) = (0.0, 0);
-        for (cell, variance) in judged {
-            let last = first + fragments.cell_samples(&cell).len();
+        for (cell, variance) in &judged {
+            let last = first + fragments.cell_samples(cell).len();
             let power = self.unshadowed[first..last].iter().map(|&one| f64::from(one).powi(2)).sum::<f64>();
             sum += variance * power / (last - first) as f64;
             first = last;
         }
+        self.judged = judged;
         sum * f64::from(luminance(view.frame.light(view.light).radiance)).powi(2)
     }
 }

@@ -6,7 +6,7 @@ mod view;
 
 use std::sync::atomic::AtomicBool;
 
-use halflight_core::fragment::Fragments;
+use halflight_core::fragment::{Cell, Fragments};
 use halflight_core::frame::Frame;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_core::mask::Purpose;
@@ -122,6 +122,8 @@ pub struct Lattice {
     /// Receivers that see part of the light, and their samples.
     partly: Vec<u32>,
     partly_samples: Vec<u32>,
+    /// Cells that tell how wrong the frame will be, and the sum over each of the variance of `F`.
+    judged: Vec<(Cell, f64)>,
     expected: Option<f64>,
     /// Cells to look at, by level.
     pending: Vec<Vec<Square>>,
@@ -489,6 +491,7 @@ impl Refiner for Lattice {
             + (self.shining.capacity() + self.unshadowed.capacity()) * 4
             + (self.partly.capacity() + self.partly_samples.capacity()) * 4
             + self.trial.capacity() * size_of::<Trial>()
+            + self.judged.capacity() * size_of::<(Cell, f64)>()
             + self.certified.capacity() * size_of::<Square>()
             + self.regions.capacity() * size_of::<Region>()
             + self.proofs.capacity() * size_of::<Proof>()
