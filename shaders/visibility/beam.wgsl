@@ -1,7 +1,7 @@
 // Masks of 64 neighbouring receivers by the triangles in the shaft between them and the light, which are gathered once for all.
 // An empty shaft proves that all of them see all of the light. Where there is no room for the triangles, receivers are left to
 // rays.
-//@ needs shared/counters shared/query visibility/horizon visibility/triangle
+//@ needs shared/counters shared/query shared/sortable visibility/horizon visibility/triangle
 //@ reads nodes queries
 //@ writes wanted visible spilled
 
@@ -154,16 +154,6 @@ fn is_hidden(origin: vec3<f32>, end: vec3<f32>, count: u32) -> bool {
         }
     }
     return false;
-}
-
-// Whole numbers in the order of floats.
-fn sortable(x: f32) -> u32 {
-    let bits = bitcast<u32>(x);
-    return select(bits | 0x80000000u, ~bits, (bits & 0x80000000u) != 0u);
-}
-
-fn sorted(bits: u32) -> f32 {
-    return bitcast<f32>(select(~bits, bits & 0x7fffffffu, (bits & 0x80000000u) != 0u));
 }
 
 // The hull of the receivers, and the root to look at.

@@ -1,10 +1,13 @@
-//! Beams, which find triangles in another way than rays; and backends that are not there.
+//! Backends that find triangles in other ways than rays: beams and 4D rasterization; and backends that are not there.
 
-use halflight::config::{PipelineConfig, RefinerConfig, VisibilityConfig};
+use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
+use halflight::frame::LightSampling;
 use halflight::glam::{Vec2, Vec3};
 use halflight::irradiance::Shading;
+use halflight::pattern::PatternKind;
+use halflight::pipeline::PipelineError;
 use halflight::raster4d::Raster4dConfig;
-use halflight::refine::{NicholsConfig, SfvtGassConfig};
+use halflight::refine::{LatticeConfig, NicholsConfig, SfvtGassConfig};
 use halflight::scene::Scene;
 use halflight::voxel::VoxelConfig;
 use halflight_gpu::{GpuError, Inputs, Inside, Renderer, Surfaces, required_limits};
@@ -14,8 +17,19 @@ use crate::device::Bench;
 use crate::masks::compare;
 use crate::scenes::{SCENES, Twins, bundled, full};
 
+fn with(visibility: VisibilityConfig, kind: PatternKind) -> PipelineConfig {
+    let sampling = LightSampling { kind, ..LightSampling::default() };
+    PipelineConfig { visibility, sampling, ..full(64, 48, Shading::Ratio) }
+}
+
 fn beams() -> PipelineConfig {
-    PipelineConfig { visibility: VisibilityConfig::Beam, ..full(64, 48, Shading::Ratio) }
+    with(VisibilityConfig::Beam, PatternKind::Jittered)
+}
+
+/// A framebuffer whose halves are not whole, for samples in rows.
+fn raster4d() -> PipelineConfig {
+    let config = Raster4dConfig { framebuffer: 50, ..Raster4dConfig::default() };
+    with(VisibilityConfig::Raster4d(config), PatternKind::ShiftedRows)
 }
 
 /// Quads of all sizes around a two-sided light, through its plane and beside it.
@@ -48,57 +62,100 @@ fn spilled(bench: &Bench, gpu: &Renderer) -> usize {
 #[test]
 fn masks_are_those_of_the_cpu() {
     let Some(bench) = Bench::open() else { return };
-    for scene in SCENES {
-        let twins = Twins::render(&bench, scene, &beams(), true);
+    for config in [beams(), raster4d()] {
+        let name = config.visibility.name();
+        for scene in SCENES {
+            let twins = Twins::render(&bench, scene, &config, true);
+            let (flips, rays) = compare(&bench, &twins).unwrap();
+            // As for rays: few pass an edge within rounding of it.
+            assert!(rays > 50_000 && flips * 50_000 <= rays, "{name} {scene}: {flips} of {rays}");
+            let (all, left) = (twins.cpu.fragments().batch(0).len(), spilled(&bench, &twins.gpu));
+            // Both ways of answering are compared: some shafts are full, others are not.
+            assert!(left < all && (left > 0 || name == "raster4d"), "{name} {scene}: {left} of {all}");
+        }
+        let twins = Twins::of(&bench, Stage::new(stress()).unwrap(), &config, true);
         let (flips, rays) = compare(&bench, &twins).unwrap();
-        // As for rays: few pass an edge within rounding of it.
-        assert!(rays > 50_000 && flips * 50_000 <= rays, "{scene}: {flips} of {rays}");
-        let (all, left) = (twins.cpu.fragments().batch(0).len(), spilled(&bench, &twins.gpu));
-        // Both ways of answering are compared: some shafts are full, others are not.
-        assert!(0 < left && left < all, "{scene}: {left} of {all}");
+        // Quads that cross the light and each other have more edges in a ray's way than the bundled scenes do.
+        assert!(rays > 10_000 && flips * 10_000 <= rays, "{name}: {flips} of {rays}");
     }
-    let twins = Twins::of(&bench, Stage::new(stress()).unwrap(), &beams(), true);
+}
+
+#[test]
+fn receivers_at_the_plane_of_the_light_go_to_rays() {
+    let Some(bench) = Bench::open() else { return };
+    let mut scene = blocker_over_floor();
+    // Just above the floor, with a wall beside it.
+    scene.lights[0].corner.y = 0.003;
+    let floor = (Vec3::new(-8.0, 0.0, -8.0), Vec3::X * 16.0, Vec3::Z * 16.0);
+    scene.mesh = quads(&[floor, (Vec3::new(1.0, -0.1, -0.5), Vec3::Y, Vec3::Z)]);
+    let twins = Twins::of(&bench, Stage::new(scene).unwrap(), &raster4d(), true);
     let (flips, rays) = compare(&bench, &twins).unwrap();
-    // Quads that cross the light and each other have more edges in a ray's way than the bundled scenes do.
-    assert!(rays > 10_000 && flips * 10_000 <= rays, "{flips} of {rays}");
+    let (all, left) = (twins.cpu.fragments().batch(0).len(), spilled(&bench, &twins.gpu));
+    assert!(rays > 50_000 && flips * 50_000 <= rays, "{flips} of {rays}");
+    assert!(0 < left && left < all, "{left} of {all}");
 }
 
 #[test]
 fn what_is_dropped_is_found() {
     let Some(bench) = Bench::open() else { return };
-    let mut twins = Twins::of(&bench, Stage::new(stress()).unwrap(), &beams(), true);
-    assert!(compare(&bench, &twins).is_ok());
-    // Every twentieth triangle is lost.
-    let mut lossy = stress();
-    let mesh = &mut lossy.mesh;
-    let kept: Vec<usize> = (0..mesh.triangles.len()).filter(|triangle| triangle % 20 != 7).collect();
-    mesh.triangles = kept.iter().map(|&triangle| mesh.triangles[triangle]).collect();
-    mesh.material_ids = kept.iter().map(|&triangle| mesh.material_ids[triangle]).collect();
-    twins.gpu = bench.renderer(&lossy, &beams()).unwrap();
-    bench.keep(&twins.gpu, twins.cpu.gbuffer());
-    bench.render(&mut twins.gpu, &Inputs { surfaces: Surfaces::Kept, ..Inputs::default() });
-    assert!(compare(&bench, &twins).is_err());
+    for config in [beams(), raster4d()] {
+        let mut twins = Twins::of(&bench, Stage::new(stress()).unwrap(), &config, true);
+        assert!(compare(&bench, &twins).is_ok());
+        // Every twentieth triangle is lost.
+        let mut lossy = stress();
+        let mesh = &mut lossy.mesh;
+        let kept: Vec<usize> = (0..mesh.triangles.len()).filter(|triangle| triangle % 20 != 7).collect();
+        mesh.triangles = kept.iter().map(|&triangle| mesh.triangles[triangle]).collect();
+        mesh.material_ids = kept.iter().map(|&triangle| mesh.material_ids[triangle]).collect();
+        twins.gpu = bench.renderer(&lossy, &config).unwrap();
+        bench.keep(&twins.gpu, twins.cpu.gbuffer());
+        bench.render(&mut twins.gpu, &Inputs { surfaces: Surfaces::Kept, ..Inputs::default() });
+        assert!(compare(&bench, &twins).is_err());
+    }
 }
 
 #[test]
-fn refiners_ask_beams_and_rays_alike() {
+fn wrong_shaders_are_found() {
+    let Some(bench) = Bench::open() else { return };
+    // Rectangles of receivers that are too large, triangles that miss cells, and cells that are not filled.
+    for altered in [
+        ["visibility/raster4d", "slope(p, -MARGIN) - error", "slope(p, -MARGIN) + 0.1"],
+        ["visibility/raster4d_triangles", "squeezed(rectangle.high) + 1e-6", "squeezed(rectangle.low)"],
+        ["visibility/raster4d_fill", "corner < 4u * SIDES", "corner < 3u * SIDES"],
+    ] {
+        let twins = Twins::altered(&bench, "atrium", &raster4d(), altered);
+        assert!(compare(&bench, &twins).is_err(), "{altered:?}");
+    }
+}
+
+#[test]
+fn refiners_ask_all_backends_alike() {
     let Some(bench) = Bench::open() else { return };
     let stage = bundled("toys");
     let refiners = [
         RefinerConfig::Nichols(NicholsConfig::default()),
         RefinerConfig::SfvtGass(SfvtGassConfig::default()),
+        RefinerConfig::Lattice(LatticeConfig::default()),
     ];
     for refiner in refiners {
-        let image = |visibility| {
-            let config = PipelineConfig { refiner, visibility, ..beams() };
-            let mut gpu = bench.renderer(&stage.scene, &config).unwrap();
-            bench.render(&mut gpu, &Inputs::default());
-            bench.read::<[f32; 4]>(gpu.image())
-        };
-        let [expected, other] = [VisibilityConfig::Bvh, VisibilityConfig::Beam].map(image);
-        let pixels = expected.iter().zip(&other).filter(|(a, b)| a != b).count();
-        // The triangle test is the same; what rounding decides in the search for triangles changes single samples.
-        assert!(pixels * 200 <= expected.len(), "{refiner:?}: {pixels}");
+        for config in [beams(), raster4d()] {
+            let upsampler = match refiner {
+                RefinerConfig::Lattice(_) => UpsamplerConfig::Lattice,
+                _ => config.upsampler,
+            };
+            let image = |visibility| {
+                let config = PipelineConfig { refiner, visibility, upsampler, ..config };
+                let mut gpu = bench.renderer(&stage.scene, &config).unwrap();
+                let stats = bench.render(&mut gpu, &Inputs::default());
+                (bench.read::<[f32; 4]>(gpu.image()), stats.frame.rays.total)
+            };
+            let [(expected, rays), (other, others)] = [VisibilityConfig::Bvh, config.visibility].map(image);
+            let pixels = expected.iter().zip(&other).filter(|(a, b)| a != b).count();
+            // The triangle test is the same; what rounding decides in the search for triangles changes single samples.
+            let name = config.visibility.name();
+            assert!(pixels * 200 <= expected.len(), "{refiner:?} {name}: {pixels}");
+            assert!(rays.abs_diff(others) * 200 <= rays, "{refiner:?} {name}: {others} for {rays}");
+        }
     }
 }
 
@@ -107,19 +164,36 @@ fn devices_that_bind_too_few_buffers_are_refused() {
     let Some(bench) = Bench::open() else { return };
     let bench = bench.limited(required_limits());
     let renderer = |config: &PipelineConfig| bench.renderer(&blocker_over_floor(), config);
-    assert!(matches!(renderer(&beams()).unwrap_err(), GpuError::TooLarge { limit: 8, needed: 9, .. }));
+    for config in [beams(), raster4d()] {
+        assert!(matches!(renderer(&config).unwrap_err(), GpuError::TooLarge { limit: 8, needed: 9, .. }));
+    }
     assert!(renderer(&full(64, 48, Shading::Ratio)).is_ok());
+}
+
+#[test]
+fn what_raster4d_cannot_do_is_refused() {
+    let Some(bench) = Bench::open() else { return };
+    let refusal = |config: Raster4dConfig, kind| {
+        let config = with(VisibilityConfig::Raster4d(config), kind);
+        Renderer::new(&bench.gpu.device, &bench.gpu.queue, &blocker_over_floor(), &config).unwrap_err()
+    };
+    let usual = Raster4dConfig::default();
+    // As on the CPU.
+    let jittered = refusal(usual, PatternKind::Jittered);
+    assert!(matches!(jittered, GpuError::Pipeline(PipelineError::Unsupported(_))), "{jittered}");
+    let empty = refusal(Raster4dConfig { framebuffer: 0, ..usual }, PatternKind::Grid);
+    assert!(matches!(empty, GpuError::Pipeline(PipelineError::Raster4d(_))), "{empty}");
+    // One workgroup counts all cells, and a word has ten bits for a cell's column.
+    let large = refusal(Raster4dConfig { framebuffer: 1025, ..usual }, PatternKind::Grid);
+    assert!(matches!(large, GpuError::TooLarge { needed: 1025, .. }), "{large}");
+    let parts = refusal(Raster4dConfig { one_cell: false, ..usual }, PatternKind::Grid);
+    assert!(matches!(parts, GpuError::Unsupported { .. }), "{parts}");
 }
 
 #[test]
 fn backends_that_are_not_there_are_refused() {
     let Some(bench) = Bench::open() else { return };
-    for visibility in [
-        VisibilityConfig::Raster4d(Raster4dConfig::default()),
-        VisibilityConfig::Voxel(VoxelConfig::default()),
-    ] {
-        let config = PipelineConfig { visibility, ..beams() };
-        let refused = bench.renderer(&blocker_over_floor(), &config);
-        assert!(matches!(refused.unwrap_err(), GpuError::Unsupported { .. }));
-    }
+    let config = PipelineConfig { visibility: VisibilityConfig::Voxel(VoxelConfig::default()), ..beams() };
+    let refused = bench.renderer(&blocker_over_floor(), &config);
+    assert!(matches!(refused.unwrap_err(), GpuError::Unsupported { .. }));
 }

@@ -49,6 +49,8 @@ slots! {
     Wanted: wanted = "array<u32>",
     /// Masks of samples that are seen.
     Visible: visible = "array<u32>",
+    /// The same, to take from side by side.
+    Seen: seen = "array<atomic<u32>>",
     /// What is counted.
     Counters: counters = "array<atomic<u32>>",
     /// Sizes of dispatches.
@@ -79,6 +81,12 @@ slots! {
     Chosen: chosen = "array<Choice>",
     /// Queries that are left to rays, behind their number.
     Spilled: spilled = "array<atomic<u32>>",
+    /// Triangles and receivers by cell, to fill.
+    Bins: bins = "array<atomic<u32>>",
+    /// The same, to look into.
+    BinsRead: bins_read = "array<u32>",
+    /// Where triangles are projected to.
+    Rectangles: rectangles = "array<vec4<f32>>",
     /// The caller's points or depths.
     GivenPoint: given_point = "texture_2d<f32>",
     /// The caller's normals.

@@ -15,7 +15,7 @@ pub(crate) const BUCKETS: usize = 64;
 const TALLIES: usize = 3 + frame::LEVELS;
 
 /// Dispatches whose size the device knows.
-const INDIRECT: u64 = 5;
+const INDIRECT: u64 = 6;
 
 /// Bytes of queries, samples and what is known of cells; all of a cell's are as many.
 const RECORD: u64 = 16;
@@ -45,6 +45,10 @@ pub(crate) struct Size {
     pub(crate) trusts: u32,
     /// Queries that may be left to rays.
     pub(crate) spilled: u32,
+    /// Words of triangles and receivers by cell.
+    pub(crate) bins: u64,
+    /// Triangles that are projected, once a side of a light.
+    pub(crate) rectangles: u64,
     /// Cells of all levels whose breaks are known.
     pub(crate) breaks: u32,
     /// Pixels whose visible fraction is known.
@@ -78,6 +82,8 @@ pub(crate) struct Buffers {
     pub(crate) texels: wgpu::Buffer,
     pub(crate) trusts: wgpu::Buffer,
     pub(crate) spilled: wgpu::Buffer,
+    pub(crate) bins: wgpu::Buffer,
+    pub(crate) rectangles: wgpu::Buffer,
     pub(crate) breaks: wgpu::Buffer,
     pub(crate) fractions: wgpu::Buffer,
     pub(crate) chosen: wgpu::Buffer,
@@ -151,7 +157,7 @@ impl Buffers {
         let storage =
             wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
         let buffer = |what: &'static str, bytes: u64, usage: wgpu::BufferUsages| {
-            check_size(&limits, what, bytes, "smaller images or fewer light samples fit")?;
+            check_size(&limits, what, bytes, "smaller images, fewer light samples or fewer triangles fit")?;
             Ok::<_, GpuError>(device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(what),
                 // Something must be bound where there is nothing.
@@ -202,6 +208,8 @@ impl Buffers {
             texels: buffer("values between cells", 8 * u64::from(size.texels), storage)?,
             trusts: buffer("surfaces of samples", 4 * u64::from(size.trusts), storage)?,
             spilled: buffer("queries left to rays", 4 * (1 + u64::from(size.spilled)), storage)?,
+            bins: buffer("triangles and receivers by cell", 4 * size.bins, storage)?,
+            rectangles: buffer("projected triangles", 16 * size.rectangles, storage)?,
             breaks: buffer("breaks", 4 * u64::from(size.breaks), storage)?,
             fractions: buffer("visible fractions", 4 * u64::from(size.fractions), storage)?,
             chosen: buffer("choices", size_of::<Choice>() as u64 * u64::from(size.choices), storage)?,
@@ -223,7 +231,7 @@ impl Buffers {
             Slot::Albedo => &self.albedo,
             Slot::Queries => &self.queries,
             Slot::Wanted => &self.wanted,
-            Slot::Visible => &self.visible,
+            Slot::Visible | Slot::Seen => &self.visible,
             Slot::Counters => &self.counters,
             Slot::Arguments => &self.arguments,
             Slot::Samples => &self.samples,
@@ -234,6 +242,8 @@ impl Buffers {
             Slot::Texels => &self.texels,
             Slot::Trusts => &self.trusts,
             Slot::Spilled => &self.spilled,
+            Slot::Bins | Slot::BinsRead => &self.bins,
+            Slot::Rectangles => &self.rectangles,
             Slot::Breaks => &self.breaks,
             Slot::Fractions => &self.fractions,
             Slot::Chosen => &self.chosen,

@@ -16,8 +16,8 @@ pub fn optional_features() -> wgpu::Features {
     wgpu::Features::TIMESTAMP_QUERY
 }
 
-/// Limits that a device must have: WebGPU's defaults. Larger images and scenes take larger buffers, and `beam` takes 9 storage
-/// buffers a stage instead of 8, so a device should be asked for as much as its adapter has.
+/// Limits that a device must have: WebGPU's defaults. Larger images and scenes take larger buffers, and `beam` and
+/// `raster4d` take 9 storage buffers a stage instead of 8, so a device should be asked for as much as its adapter has.
 pub fn required_limits() -> wgpu::Limits {
     wgpu::Limits::default()
 }

@@ -64,4 +64,12 @@ programs! {
     BEAM: "beam" = beam in "visibility/beam", "shared/at_hand";
     SPILL: "spill" = spill in "visibility/spill";
     SPILLED_MASKS: "spilled masks" = masks in "visibility/masks", "visibility/bvh", "visibility/spilled";
+
+    RASTER4D_FRAME: "raster4d: frame" = lay_out in "visibility/raster4d_frame";
+    RASTER4D_TRIANGLES: "raster4d: triangles" = count_triangles in "visibility/raster4d_triangles";
+    RASTER4D_RECEIVERS: "raster4d: receivers" = count_receivers in "visibility/raster4d_receivers";
+    RASTER4D_SCAN: "raster4d: scan" = scan in "visibility/raster4d_scan";
+    RASTER4D_FILL: "raster4d: fill" = fill in "visibility/raster4d_fill";
+    RASTER4D_LENGTHS: "raster4d: lengths" = measure in "visibility/raster4d_lengths";
+    RASTER4D_MASKS: "raster4d: masks" = take_hidden in "visibility/raster4d_masks";
 }

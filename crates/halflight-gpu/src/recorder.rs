@@ -23,6 +23,8 @@ pub(crate) enum Groups {
     AllQueries,
     /// Rays of the queries that were left to them.
     Spilled,
+    /// Receivers by cell, with triangles.
+    Tasks,
 }
 
 /// Workgroups along one side at most.
@@ -66,6 +68,7 @@ impl Recorder<'_> {
             Groups::Cells => 2,
             Groups::AllQueries => 3,
             Groups::Spilled => 4,
+            Groups::Tasks => 5,
         };
         compute.dispatch_workgroups_indirect(&self.buffers.arguments, 12 * indirect);
     }

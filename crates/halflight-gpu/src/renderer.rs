@@ -76,7 +76,7 @@ pub enum Inside {
     Owners,
     /// One float a pixel: irradiance per radiance, or the visible fraction.
     Plane,
-    /// How many queries `beam` has left to rays last, then which.
+    /// How many queries `beam` or `raster4d` has left to rays last, then which.
     Spilled,
     /// What an error target takes: kind, columns and rows of the light samples come first.
     Chosen,
@@ -284,6 +284,7 @@ impl Renderer {
         let coarsest = stages.refine.coarsest();
         for light in 0..self.lights.len() as u32 {
             let first = light * stages.refine.uniforms();
+            stages.tracer.visibility.start(&mut recorder, first);
             stages.refine.record(&mut recorder, &stages.tracer, first);
             stages.upsample.record(&mut recorder, first, coarsest);
             recorder.run(&stages.compose, Timed::Compose, first, Groups::Tiles(0));

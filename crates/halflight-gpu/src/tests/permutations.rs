@@ -26,13 +26,17 @@ fn every_program_is_valid_and_binds_what_it_says() {
             if global.space == naga::AddressSpace::WorkGroup {
                 shared += u64::from(module.types[global.ty].inner.size(module.to_ctx()));
             }
-            let Some(binding) = global.binding else { continue };
+            // The uniform is bound for all.
+            let Some(binding) = global.binding.filter(|binding| binding.binding > 0) else { continue };
             let usage = used[handle];
             assert!(!usage.is_empty(), "{} does not use {:?}", program.name, global.name);
             let known = slots.iter().find(|(slot, _)| slot.binding() == binding.binding);
             if let Some((slot, Access::Write)) = known {
                 let writes = usage.contains(naga::valid::GlobalUse::WRITE);
-                let atomic = matches!(global.name.as_deref(), Some("counters" | "pyramid" | "spilled"));
+                let atomic = matches!(
+                    global.name.as_deref(),
+                    Some("bins" | "counters" | "pyramid" | "seen" | "spilled")
+                );
                 assert!(writes || atomic, "{} only reads {slot:?}", program.name);
             }
         }

@@ -1,6 +1,7 @@
 //! Visibility backends: which passes they are made of.
 
 mod beam;
+mod raster4d;
 
 use halflight_core::scene::Scene;
 use halflight_cpu::config::{PipelineConfig, VisibilityConfig};
@@ -12,6 +13,7 @@ use crate::recorder::{Groups, Recorder};
 use crate::stage::{Compiler, Stage};
 use crate::stats::Timed;
 use beam::Beam;
+use raster4d::Raster4d;
 
 /// A backend. Of two stages that answer queries the first does so to refine, the second for irradiance alone.
 #[derive(Debug)]
@@ -20,6 +22,8 @@ pub(crate) enum Visibility {
     Rays([Stage; 2]),
     /// Beams, and rays for what they cannot hold.
     Beam(Box<Beam>),
+    /// 4D rasterization, and rays at the light's plane.
+    Raster4d(Box<Raster4d>),
 }
 
 /// Two stages that differ in what their rays are counted as.
@@ -31,7 +35,7 @@ impl Visibility {
     /// Compiles the passes of a configuration's backend.
     ///
     /// # Errors
-    /// It does not exist here, its constants are out of range, or a shader cannot be read or compiled.
+    /// It does not exist here, its constants or the light samples are out of range, or a shader cannot be read or compiled.
     pub(crate) fn new(compiler: &Compiler, scene: &Scene, config: &PipelineConfig) -> Result<Self, GpuError> {
         match config.visibility {
             // Exact backends agree, so that the choice between them is free.
@@ -39,8 +43,11 @@ impl Visibility {
                 Ok(Self::Rays(for_both(|purpose| compiler.stage(programs::MASKS, &[purpose]))?))
             }
             VisibilityConfig::Beam => Ok(Self::Beam(Box::new(Beam::new(compiler, scene)?))),
-            _ => {
-                let (stage, reason) = ("this visibility backend", "only `bvh` and `beam` do so far");
+            VisibilityConfig::Raster4d(raster) => {
+                Ok(Self::Raster4d(Box::new(Raster4d::new(compiler, scene, raster, config.sampling)?)))
+            }
+            VisibilityConfig::Voxel(_) => {
+                let (stage, reason) = ("voxel", "only `bvh`, `beam` and `raster4d` do so far");
                 Err(GpuError::Unsupported { stage, reason })
             }
         }
@@ -51,6 +58,15 @@ impl Visibility {
         match self {
             Self::Rays(_) => size,
             Self::Beam(_) => Size { spilled: size.queries, ..size },
+            Self::Raster4d(raster) => raster.size(size),
+        }
+    }
+
+    /// Records what is done once a light; `frame` is the first of its uniforms.
+    pub(crate) fn start(&self, recorder: &mut Recorder, frame: u32) {
+        match self {
+            Self::Rays(_) | Self::Beam(_) => {}
+            Self::Raster4d(raster) => raster.start(recorder, frame),
         }
     }
 
@@ -61,6 +77,7 @@ impl Visibility {
                 recorder.run(&masks[usize::from(last)], Timed::Visibility, frame, Groups::Rays);
             }
             Self::Beam(beam) => beam.record(recorder, frame, last),
+            Self::Raster4d(raster) => raster.record(recorder, frame, last),
         }
     }
 
@@ -69,11 +86,12 @@ impl Visibility {
         match self {
             Self::Rays(masks) => masks.iter_mut().collect(),
             Self::Beam(beam) => beam.stages(),
+            Self::Raster4d(raster) => raster.stages(),
         }
     }
 }
 
-/// Rays for the queries that beams have no room for.
+/// Rays for the queries that another backend leaves to them.
 #[derive(Debug)]
 struct Spill {
     dispatch: Stage,

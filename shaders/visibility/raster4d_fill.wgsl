@@ -1,0 +1,33 @@
+// Puts what has been counted where it belongs.
+//@ needs shared/at_hand visibility/raster4d visibility/raster4d_cells
+//@ writes bins
+
+// 0 for triangles, 1 for receivers.
+override RECEIVERS: u32 = 0u;
+
+@compute @workgroup_size(64)
+fn fill(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let number = invocation(workgroup, workgroups, lane);
+    if RECEIVERS == 1u {
+        let query = query_of(number);
+        if query != NONE {
+            let cell = atomicLoad(&bins[cells_of_queries() + query]);
+            if cell != NONE {
+                atomicStore(&bins[query_order() + atomicAdd(&bins[receiver_ends() + cell], 1u)], query);
+            }
+        }
+    } else if number < TRIANGLES {
+        for (var corner = 0u; corner < 4u * SIDES; corner++) {
+            let side = corner / 4u;
+            let cells = atomicLoad(&bins[cells_of_triangles() + side * TRIANGLES + number]);
+            let cell = cell_at_corner(cells, corner % 4u, side);
+            if cell != NONE {
+                atomicStore(&bins[triangle_order() + atomicAdd(&bins[TRIANGLE_ENDS + cell], 1u)], number);
+            }
+        }
+    }
+}

@@ -1,0 +1,30 @@
+// Bounds of the framebuffer: where receivers are projected to through the light's corner.
+//@ needs shared/receiver shared/sortable visibility/raster4d
+//@ writes bins
+
+var<workgroup> ends: array<atomic<u32>, 8>;
+
+@compute @workgroup_size(64)
+fn lay_out(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let pixel = invocation(workgroup, workgroups, lane);
+    if pixel < frame.width * frame.height && is_receiver(pixel) {
+        let origin = receiver_at(pixel).origin;
+        let side = side_of(origin);
+        let p = local(origin, side);
+        if side < SIDES && is_projected(p) {
+            let place = squeezed(slope(p, 0.0));
+            atomicMax(&ends[4u * side], ~sortable(place.x));
+            atomicMax(&ends[4u * side + 1u], ~sortable(place.y));
+            atomicMax(&ends[4u * side + 2u], sortable(place.x));
+            atomicMax(&ends[4u * side + 3u], sortable(place.y));
+        }
+    }
+    workgroupBarrier();
+    if lane < 8u {
+        atomicMax(&bins[lane], atomicLoad(&ends[lane]));
+    }
+}

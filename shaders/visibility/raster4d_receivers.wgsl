@@ -1,0 +1,71 @@
+// Counts receivers by cell and takes out the samples below their horizons. Those that are too near the light's plane are left to
+// rays.
+//@ needs shared/at_hand shared/query visibility/horizon visibility/raster4d_bounds
+//@ reads queries
+//@ writes wanted visible bins spilled
+
+// Where traced rays are counted: 0 to refine, 1 for irradiance alone.
+override PURPOSE: u32 = 1u;
+
+var<workgroup> traced: atomic<u32>;
+var<workgroup> skipped: atomic<u32>;
+
+@compute @workgroup_size(64)
+fn count_receivers(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let query = query_of(invocation(workgroup, workgroups, lane));
+    if query != NONE {
+        let cell = cell_of(queries[query].pixel);
+        atomicStore(&bins[cells_of_queries() + query], cell);
+        if cell == NONE {
+            let place = atomicAdd(&spilled[0], 1u);
+            atomicStore(&spilled[1u + place], query);
+        } else {
+            atomicAdd(&bins[receiver_ends() + cell], 1u);
+            take_out(query);
+        }
+    }
+    workgroupBarrier();
+    if lane == 0u {
+        let bucket = TALLY + (workgroup.y * workgroups.x + workgroup.x) % BUCKETS;
+        atomicAdd(&counters[bucket + PURPOSE * BUCKETS], atomicLoad(&traced));
+        atomicAdd(&counters[bucket + SKIPPED * BUCKETS], atomicLoad(&skipped));
+    }
+}
+
+fn cell_of(pixel: u32) -> u32 {
+    if pixel == NONE {
+        return NONE;
+    }
+    let origin = receiver_at(pixel).origin;
+    let side = side_of(origin);
+    let p = local(origin, side);
+    if side >= SIDES || !is_projected(p) {
+        return NONE;
+    }
+    let at = cell_at(squeezed(slope(p, 0.0)), bounds(side));
+    return (side * FRAMEBUFFER + at.y) * FRAMEBUFFER + at.x;
+}
+
+// What is left is seen where no triangle says otherwise.
+fn take_out(query: u32) {
+    let receiver = receiver_at(queries[query].pixel);
+    for (var word = 0u; word < frame.pattern.words; word++) {
+        let slot = query * frame.pattern.words + word;
+        let asked = wanted[slot];
+        var above = asked;
+        for (var left = asked; left != 0u; left &= left - 1u) {
+            let index = firstTrailingBit(left);
+            if !adds_light(receiver, sample_point(word * 32u + index, queries[query].key)) {
+                above ^= 1u << index;
+            }
+        }
+        wanted[slot] = above;
+        visible[slot] = above;
+        atomicAdd(&traced, countOneBits(above));
+        atomicAdd(&skipped, countOneBits(asked ^ above));
+    }
+}

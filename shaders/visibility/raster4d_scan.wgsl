@@ -1,0 +1,58 @@
+// Counts of cells become places: each cell's begins where the last one's ends. Filling the cells then moves each place on to the
+// cell's end.
+//@ needs shared/arguments visibility/raster4d
+//@ writes bins
+
+// 0 for triangles, 1 for receivers, whose tasks are counted as well.
+override RECEIVERS: u32 = 0u;
+
+var<workgroup> sums: array<vec2<u32>, 256>;
+
+@compute @workgroup_size(256)
+fn scan(@builtin(local_invocation_index) lane: u32) {
+    let is_receivers = RECEIVERS == 1u;
+    let count = select(SIDES * CELLS, finest_cells(), is_receivers);
+    let first = select(TRIANGLE_ENDS, receiver_ends(), is_receivers);
+    let run = (count + 255u) / 256u;
+    let begin = min(lane * run, count);
+    let end = min(begin + run, count);
+    var sum = vec2(0u);
+    for (var cell = begin; cell < end; cell++) {
+        let size = atomicLoad(&bins[first + cell]);
+        sum += vec2(size, tasks(cell, size));
+    }
+    sums[lane] = sum;
+    workgroupBarrier();
+    if lane == 0u {
+        var total = vec2(0u);
+        for (var other = 0u; other < 256u; other++) {
+            let own = sums[other];
+            sums[other] = total;
+            total += own;
+        }
+        if is_receivers {
+            atomicStore(&bins[TASKS], total.y);
+            set_size(5u, total.y);
+        }
+    }
+    workgroupBarrier();
+    sum = sums[lane];
+    for (var cell = begin; cell < end; cell++) {
+        let size = atomicLoad(&bins[first + cell]);
+        atomicStore(&bins[first + cell], sum.x);
+        if is_receivers {
+            atomicStore(&bins[first_tasks() + cell], sum.y);
+        }
+        sum += vec2(size, tasks(cell, size));
+    }
+}
+
+// Workgroups that a finest cell with so many receivers takes: as many as there are groups of these, words of their masks and
+// runs of triangles over the cell.
+fn tasks(cell: u32, receivers: u32) -> u32 {
+    if RECEIVERS == 0u {
+        return 0u;
+    }
+    let runs = (atomicLoad(&bins[lengths() + cell]) + RUN - 1u) / RUN;
+    return (receivers + GROUP - 1u) / GROUP * frame.pattern.words * runs;
+}
