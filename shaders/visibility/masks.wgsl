@@ -36,7 +36,7 @@ fn masks(here: Lane) {
             if adds_light(receiver, end) {
                 atomicOr(&wanted_words[here.index / chunk], bit);
                 atomicAdd(&traced, 1u);
-                if !occluded(receiver.origin, end) {
+                if !is_hidden(receiver, sample_place(index, asked.key), end) {
                     atomicOr(&visible_words[here.index / chunk], bit);
                 }
             } else {

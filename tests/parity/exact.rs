@@ -1,4 +1,4 @@
-//! Backends that find triangles in other ways than rays: beams and 4D rasterization; and backends that are not there.
+//! Backends that find triangles in other ways than rays: beams and 4D rasterization.
 
 use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 use halflight::frame::LightSampling;
@@ -9,7 +9,6 @@ use halflight::pipeline::PipelineError;
 use halflight::raster4d::Raster4dConfig;
 use halflight::refine::{LatticeConfig, NicholsConfig, SfvtGassConfig};
 use halflight::scene::Scene;
-use halflight::voxel::VoxelConfig;
 use halflight_gpu::{GpuError, Inputs, Inside, Renderer, Surfaces, required_limits};
 use halflight_tests::{Stage, blocker_over_floor, quads};
 
@@ -188,12 +187,4 @@ fn what_raster4d_cannot_do_is_refused() {
     assert!(matches!(large, GpuError::TooLarge { needed: 1025, .. }), "{large}");
     let parts = refusal(Raster4dConfig { one_cell: false, ..usual }, PatternKind::Grid);
     assert!(matches!(parts, GpuError::Unsupported { .. }), "{parts}");
-}
-
-#[test]
-fn backends_that_are_not_there_are_refused() {
-    let Some(bench) = Bench::open() else { return };
-    let config = PipelineConfig { visibility: VisibilityConfig::Voxel(VoxelConfig::default()), ..beams() };
-    let refused = bench.renderer(&blocker_over_floor(), &config);
-    assert!(matches!(refused.unwrap_err(), GpuError::Unsupported { .. }));
 }

@@ -19,4 +19,5 @@ mod robust;
 mod scenes;
 mod targets;
 mod upsamplers;
+mod voxels;
 mod whole;

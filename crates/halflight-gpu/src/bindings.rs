@@ -87,6 +87,14 @@ slots! {
     BinsRead: bins_read = "array<u32>",
     /// Where triangles are projected to.
     Rectangles: rectangles = "array<vec4<f32>>",
+    /// What voxels cover.
+    Space: space = "Space",
+    /// Voxels, to set.
+    Voxels: voxels = "array<atomic<u32>>",
+    /// The same, to look into.
+    Grid: grid = "array<u32>",
+    /// Triangles that cover many texels of voxels, behind their number.
+    Large: large = "array<atomic<u32>>",
     /// The caller's points or depths.
     GivenPoint: given_point = "texture_2d<f32>",
     /// The caller's normals.

@@ -49,6 +49,12 @@ pub(crate) struct Size {
     pub(crate) bins: u64,
     /// Triangles that are projected, once a side of a light.
     pub(crate) rectangles: u64,
+    /// Bytes of what voxels cover.
+    pub(crate) space: u64,
+    /// Words of voxels.
+    pub(crate) voxels: u64,
+    /// Triangles that may cover many texels.
+    pub(crate) large: u64,
     /// Cells of all levels whose breaks are known.
     pub(crate) breaks: u32,
     /// Pixels whose visible fraction is known.
@@ -84,6 +90,9 @@ pub(crate) struct Buffers {
     pub(crate) spilled: wgpu::Buffer,
     pub(crate) bins: wgpu::Buffer,
     pub(crate) rectangles: wgpu::Buffer,
+    pub(crate) space: wgpu::Buffer,
+    pub(crate) voxels: wgpu::Buffer,
+    pub(crate) large: wgpu::Buffer,
     pub(crate) breaks: wgpu::Buffer,
     pub(crate) fractions: wgpu::Buffer,
     pub(crate) chosen: wgpu::Buffer,
@@ -210,6 +219,9 @@ impl Buffers {
             spilled: buffer("queries left to rays", 4 * (1 + u64::from(size.spilled)), storage)?,
             bins: buffer("triangles and receivers by cell", 4 * size.bins, storage)?,
             rectangles: buffer("projected triangles", 16 * size.rectangles, storage)?,
+            space: buffer("space of voxels", size.space, storage)?,
+            voxels: buffer("voxels", 4 * size.voxels, storage)?,
+            large: buffer("large triangles", 4 * (1 + size.large), storage)?,
             breaks: buffer("breaks", 4 * u64::from(size.breaks), storage)?,
             fractions: buffer("visible fractions", 4 * u64::from(size.fractions), storage)?,
             chosen: buffer("choices", size_of::<Choice>() as u64 * u64::from(size.choices), storage)?,
@@ -244,6 +256,9 @@ impl Buffers {
             Slot::Spilled => &self.spilled,
             Slot::Bins | Slot::BinsRead => &self.bins,
             Slot::Rectangles => &self.rectangles,
+            Slot::Space => &self.space,
+            Slot::Voxels | Slot::Grid => &self.voxels,
+            Slot::Large => &self.large,
             Slot::Breaks => &self.breaks,
             Slot::Fractions => &self.fractions,
             Slot::Chosen => &self.chosen,

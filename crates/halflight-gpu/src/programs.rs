@@ -60,10 +60,10 @@ programs! {
     ROBUST: "rbf-robust" = pixels in "upsample/robust";
     LATTICE: "lattice" = pixels in "upsample/lattice";
 
-    MASKS: "masks" = masks in "visibility/masks", "visibility/bvh", "shared/at_hand";
+    MASKS: "masks" = masks in "visibility/masks", "visibility/ray", "shared/at_hand";
     BEAM: "beam" = beam in "visibility/beam", "shared/at_hand";
     SPILL: "spill" = spill in "visibility/spill";
-    SPILLED_MASKS: "spilled masks" = masks in "visibility/masks", "visibility/bvh", "visibility/spilled";
+    SPILLED_MASKS: "spilled masks" = masks in "visibility/masks", "visibility/ray", "visibility/spilled";
 
     RASTER4D_FRAME: "raster4d: frame" = lay_out in "visibility/raster4d_frame";
     RASTER4D_TRIANGLES: "raster4d: triangles" = count_triangles in "visibility/raster4d_triangles";
@@ -72,4 +72,10 @@ programs! {
     RASTER4D_FILL: "raster4d: fill" = fill in "visibility/raster4d_fill";
     RASTER4D_LENGTHS: "raster4d: lengths" = measure in "visibility/raster4d_lengths";
     RASTER4D_MASKS: "raster4d: masks" = take_hidden in "visibility/raster4d_masks";
+
+    VOXEL_RANGE: "voxel: range" = find_range in "visibility/voxel_range";
+    VOXEL_CLEARANCE: "voxel: clearance" = find_clearance in "visibility/voxel_clearance";
+    VOXEL_DISPATCH: "voxel: dispatch" = size_large in "visibility/voxel_dispatch";
+    VOXEL_FILL: "voxel: fill" = fill in "visibility/voxel_fill";
+    VOXEL_MASKS: "voxel: masks" = masks in "visibility/masks", "visibility/voxel", "shared/at_hand";
 }

@@ -23,7 +23,7 @@ pub(crate) enum Groups {
     AllQueries,
     /// Rays of the queries that were left to them.
     Spilled,
-    /// Receivers by cell, with triangles.
+    /// What the backend has counted.
     Tasks,
 }
 

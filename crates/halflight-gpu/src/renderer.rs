@@ -80,6 +80,8 @@ pub enum Inside {
     Spilled,
     /// What an error target takes: kind, columns and rows of the light samples come first.
     Chosen,
+    /// Voxels, behind four numbers and one more a light: texels row by row, slices in words of 64 bits.
+    Voxels,
 }
 
 /// Renders one scene on one device, frame after frame, in buffers that are kept.
@@ -236,6 +238,7 @@ impl Renderer {
             Inside::Plane => &self.buffers.plane,
             Inside::Spilled => &self.buffers.spilled,
             Inside::Chosen => &self.buffers.chosen,
+            Inside::Voxels => &self.buffers.voxels,
         }
     }
 
@@ -282,6 +285,7 @@ impl Renderer {
         }
         stages.refine.prepare(&mut recorder);
         let coarsest = stages.refine.coarsest();
+        stages.tracer.visibility.prepare(&self.device, &mut recorder, camera, stages.refine.uniforms());
         for light in 0..self.lights.len() as u32 {
             let first = light * stages.refine.uniforms();
             stages.tracer.visibility.start(&mut recorder, first);

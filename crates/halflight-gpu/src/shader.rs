@@ -163,9 +163,17 @@ modules![
     "visibility/raster4d_receivers",
     "visibility/raster4d_scan",
     "visibility/raster4d_triangles",
+    "visibility/ray",
     "visibility/spill",
     "visibility/spilled",
     "visibility/triangle",
+    "visibility/voxel",
+    "visibility/voxel_clearance",
+    "visibility/voxel_dispatch",
+    "visibility/voxel_fill",
+    "visibility/voxel_range",
+    "visibility/voxel_size",
+    "visibility/voxel_space",
 ];
 
 /// The text of a module: a file in `shaders/`, named without its ending. What others take its place are made of.

@@ -11,30 +11,28 @@ use halflight_core::scene::Camera;
 /// coordinate of the grid is linear in depth. A straight line in the world is straight in the image, and 1 / depth is
 /// linear along that image.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Frustum {
-    pub(super) eye: Vec3,
-    /// X, Y and depth of a vector.
-    rows: [DVec3; 3],
-    /// World-space size of a texel at depth 1: right and down.
-    texel: [Vec3; 2],
-    forward: Vec3,
-    pub(super) near: f32,
-    pub(super) far: f32,
+pub struct Frustum {
+    /// Where the camera is.
+    pub eye: Vec3,
+    /// Products with these are X, Y and depth of a vector.
+    pub rows: [DVec3; 3],
+    /// World-space size of a texel at depth 1: right and up.
+    pub texel: [Vec3; 2],
+    /// The view direction.
+    pub forward: Vec3,
+    /// Depth at which it begins.
+    pub near: f32,
+    /// Depth at which it ends.
+    pub far: f32,
     /// Texels a side.
-    pub(super) side: usize,
+    pub side: usize,
     /// Slices.
-    pub(super) bits: usize,
+    pub bits: usize,
 }
 
 impl Frustum {
     /// The pyramid through an image of `aspect` = width / height.
-    pub(super) fn new(
-        camera: &Camera,
-        aspect: f32,
-        (near, far): (f32, f32),
-        side: usize,
-        bits: usize,
-    ) -> Self {
+    pub fn new(camera: &Camera, aspect: f32, (near, far): (f32, f32), side: usize, bits: usize) -> Self {
         let forward = (camera.target - camera.eye).normalize_or(Vec3::NEG_Z);
         let right =
             forward.cross(camera.up).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
@@ -57,17 +55,17 @@ impl Frustum {
     }
 
     /// Homogeneous coordinates of a vector, in double precision.
-    pub(super) fn turn(&self, v: DVec3) -> DVec3 {
+    pub fn turn(&self, v: DVec3) -> DVec3 {
         DVec3::new(self.rows[0].dot(v), self.rows[1].dot(v), self.rows[2].dot(v))
     }
 
     /// Homogeneous coordinates of a point, in double precision.
-    pub(super) fn place(&self, point: Vec3) -> DVec3 {
+    pub fn place(&self, point: Vec3) -> DVec3 {
         self.turn(point.as_dvec3() - self.eye.as_dvec3())
     }
 
     /// Slices a metre of depth.
-    pub(super) fn slices(&self) -> f64 {
+    pub fn slices(&self) -> f64 {
         self.bits as f64 / (f64::from(self.far) - f64::from(self.near))
     }
 
@@ -121,7 +119,7 @@ impl Frustum {
 
     /// Width of a voxel around `point` along a unit vector: a plane with this normal that touches the voxel is nowhere in
     /// it farther than this from any of its points. Points in front of the grid or behind it are treated as on its border.
-    pub(super) fn width_along(&self, point: Vec3, normal: Vec3) -> f32 {
+    pub fn width_along(&self, point: Vec3, normal: Vec3) -> f32 {
         let seen = point - self.eye;
         let depth = self.forward.dot(seen).max(self.near);
         let across = normal.dot(self.texel[0]).abs() + normal.dot(self.texel[1]).abs();

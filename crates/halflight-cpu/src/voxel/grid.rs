@@ -137,10 +137,10 @@ impl Grid {
         true
     }
 
-    /// All bits, for comparison.
-    #[cfg(test)]
+    /// Bits of the finest level.
     pub(super) fn to_words(&self) -> Vec<u64> {
-        self.words.iter().map(|word| word.load(Ordering::Relaxed)).collect()
+        let count = self.side() * self.side() * self.depth;
+        self.words[..count].iter().map(|word| word.load(Ordering::Relaxed)).collect()
     }
 }
 

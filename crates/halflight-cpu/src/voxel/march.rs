@@ -46,7 +46,7 @@ pub(super) struct Rays<'a> {
 }
 
 /// A light in homogeneous coordinates. Turning is linear, so points on it are those of the light in the world.
-pub(super) fn turned(frustum: &Frustum, light: &AreaLight) -> AreaLight {
+pub fn turned(frustum: &Frustum, light: &AreaLight) -> AreaLight {
     let turn = |v: Vec3| frustum.turn(v.as_dvec3()).as_vec3();
     AreaLight {
         corner: frustum.place(light.corner).as_vec3(),

@@ -24,11 +24,12 @@ use halflight_core::stages::Visibility;
 use rayon::prelude::*;
 
 pub use config::{Traversal, VoxelConfig, VoxelError};
+pub use frustum::Frustum;
+pub use march::turned;
 
 use crate::samples::{LANES, positions};
 use crate::simd::{Isa, Kernel, Simd};
 use fan::Run;
-use frustum::Frustum;
 use grid::Grid;
 use march::{Measures, Rays};
 
@@ -61,6 +62,16 @@ impl Voxels {
         self.config
     }
 
+    /// What the grid covers; `None` before the first frame and where no pixel sees anything.
+    pub fn frustum(&self) -> Option<&Frustum> {
+        self.frustum.as_ref()
+    }
+
+    /// All voxels, a bit each: texels row by row, slices in words from the nearest on, the lowest bit first.
+    pub fn words(&self) -> Vec<u64> {
+        self.grid.to_words()
+    }
+
     /// The same backend with another instruction set: the same answers, for comparison.
     #[must_use]
     pub fn with_isa(self, isa: Isa) -> Self {
@@ -82,7 +93,7 @@ impl Voxels {
             frustum,
             measures: Measures::new(frustum),
             config: self.config,
-            light: march::turned(frustum, light),
+            light: turned(frustum, light),
             place: light.corner,
             normal,
             turned_normal: frustum.turn(normal.as_dvec3()).as_vec3(),

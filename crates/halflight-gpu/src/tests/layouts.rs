@@ -2,9 +2,10 @@ use naga::TypeInner;
 
 use super::permutations::parsed;
 use crate::frame::{Frame, GpuPattern};
-use crate::programs::{FULL, RESOLVE, TARGET_CHOOSE};
+use crate::programs::{FULL, RESOLVE, TARGET_CHOOSE, VOXEL_MASKS};
 use crate::refine::Choice;
 use crate::scene::GpuMaterial;
+use crate::visibility::{Space, TurnedLight};
 
 /// Checks members' offsets and the size of a structure against naga's.
 macro_rules! check {
@@ -68,6 +69,21 @@ fn structures_are_laid_out_alike() {
         levels
     );
     check!(&parsed(&TARGET_CHOOSE).0, "Choice", Choice, pattern, error, step_level);
+    let module = &parsed(&VOXEL_MASKS).0;
+    check!(module, "TurnedLight", TurnedLight, corner, u, v, normal);
+    // Lights follow at once, as many as there are.
+    let (members, _) = structure(module, "Space");
+    let offsets: Vec<usize> = members.iter().map(|(_, offset)| *offset as usize).collect();
+    let expected = [
+        std::mem::offset_of!(Space, across),
+        std::mem::offset_of!(Space, lights_deepest),
+        std::mem::offset_of!(Space, down),
+        std::mem::offset_of!(Space, texel_right),
+        std::mem::offset_of!(Space, texel_up),
+        std::mem::offset_of!(Space, forward),
+        size_of::<Space>(),
+    ];
+    assert_eq!(offsets, expected);
     let (members, span) = structure(&parsed(&RESOLVE).0, "Material");
     // Its last eight bytes have no name in the shader.
     assert_eq!(members.len(), 3);

@@ -35,7 +35,7 @@ fn every_program_is_valid_and_binds_what_it_says() {
                 let writes = usage.contains(naga::valid::GlobalUse::WRITE);
                 let atomic = matches!(
                     global.name.as_deref(),
-                    Some("bins" | "counters" | "pyramid" | "seen" | "spilled")
+                    Some("bins" | "counters" | "large" | "pyramid" | "seen" | "spilled" | "voxels")
                 );
                 assert!(writes || atomic, "{} only reads {slot:?}", program.name);
             }

@@ -2,8 +2,9 @@
 
 mod beam;
 mod raster4d;
+mod voxel;
 
-use halflight_core::scene::Scene;
+use halflight_core::scene::{Camera, Scene};
 use halflight_cpu::config::{PipelineConfig, VisibilityConfig};
 
 use crate::GpuError;
@@ -14,6 +15,10 @@ use crate::stage::{Compiler, Stage};
 use crate::stats::Timed;
 use beam::Beam;
 use raster4d::Raster4d;
+use voxel::Voxel;
+
+#[cfg(test)]
+pub(crate) use voxel::{Space, TurnedLight};
 
 /// A backend. Of two stages that answer queries the first does so to refine, the second for irradiance alone.
 #[derive(Debug)]
@@ -24,6 +29,8 @@ pub(crate) enum Visibility {
     Beam(Box<Beam>),
     /// 4D rasterization, and rays at the light's plane.
     Raster4d(Box<Raster4d>),
+    /// Voxel marching.
+    Voxel(Box<Voxel>),
 }
 
 /// Two stages that differ in what their rays are counted as.
@@ -35,7 +42,7 @@ impl Visibility {
     /// Compiles the passes of a configuration's backend.
     ///
     /// # Errors
-    /// It does not exist here, its constants or the light samples are out of range, or a shader cannot be read or compiled.
+    /// Its constants or the light samples are out of range, or a shader cannot be read or compiled.
     pub(crate) fn new(compiler: &Compiler, scene: &Scene, config: &PipelineConfig) -> Result<Self, GpuError> {
         match config.visibility {
             // Exact backends agree, so that the choice between them is free.
@@ -46,10 +53,7 @@ impl Visibility {
             VisibilityConfig::Raster4d(raster) => {
                 Ok(Self::Raster4d(Box::new(Raster4d::new(compiler, scene, raster, config.sampling)?)))
             }
-            VisibilityConfig::Voxel(_) => {
-                let (stage, reason) = ("voxel", "only `bvh`, `beam` and `raster4d` do so far");
-                Err(GpuError::Unsupported { stage, reason })
-            }
+            VisibilityConfig::Voxel(voxel) => Ok(Self::Voxel(Box::new(Voxel::new(compiler, scene, voxel)?))),
         }
     }
 
@@ -59,26 +63,39 @@ impl Visibility {
             Self::Rays(_) => size,
             Self::Beam(_) => Size { spilled: size.queries, ..size },
             Self::Raster4d(raster) => raster.size(size),
+            Self::Voxel(voxel) => voxel.size(size),
+        }
+    }
+
+    /// Records what is done once a frame; the uniforms of each light begin `stride` after those of the one before.
+    pub(crate) fn prepare(
+        &self,
+        device: &wgpu::Device,
+        recorder: &mut Recorder,
+        camera: &Camera,
+        stride: u32,
+    ) {
+        if let Self::Voxel(voxel) = self {
+            voxel.prepare(device, recorder, camera, stride);
         }
     }
 
     /// Records what is done once a light; `frame` is the first of its uniforms.
     pub(crate) fn start(&self, recorder: &mut Recorder, frame: u32) {
-        match self {
-            Self::Rays(_) | Self::Beam(_) => {}
-            Self::Raster4d(raster) => raster.start(recorder, frame),
+        if let Self::Raster4d(raster) = self {
+            raster.start(recorder, frame);
         }
     }
 
     /// Records the answers to the queries at hand.
     pub(crate) fn record(&self, recorder: &mut Recorder, frame: u32, last: bool) {
-        match self {
-            Self::Rays(masks) => {
-                recorder.run(&masks[usize::from(last)], Timed::Visibility, frame, Groups::Rays);
-            }
-            Self::Beam(beam) => beam.record(recorder, frame, last),
-            Self::Raster4d(raster) => raster.record(recorder, frame, last),
-        }
+        let masks = match self {
+            Self::Rays(masks) => masks,
+            Self::Beam(beam) => return beam.record(recorder, frame, last),
+            Self::Raster4d(raster) => return raster.record(recorder, frame, last),
+            Self::Voxel(voxel) => &voxel.masks,
+        };
+        recorder.run(&masks[usize::from(last)], Timed::Visibility, frame, Groups::Rays);
     }
 
     /// All stages, to bind.
@@ -87,6 +104,7 @@ impl Visibility {
             Self::Rays(masks) => masks.iter_mut().collect(),
             Self::Beam(beam) => beam.stages(),
             Self::Raster4d(raster) => raster.stages(),
+            Self::Voxel(voxel) => voxel.stages(),
         }
     }
 }

@@ -1,0 +1,30 @@
+// How far rays to a light end before its plane: a voxel's width, so that what it is mounted on does not stop them.
+//@ needs visibility/voxel_space
+//@ writes voxels
+
+@compute @workgroup_size(1)
+fn find_clearance() {
+    let range = depth_range(atomicLoad(&voxels[NEAR]), atomicLoad(&voxels[FAR]), atomicLoad(&voxels[DEEPEST]));
+    let corner = frame.light_corner;
+    let opposite = corner + frame.light_u + frame.light_v;
+    var points = array(
+        corner,
+        corner + frame.light_u,
+        opposite,
+        corner + frame.light_v,
+        (corner + opposite) * 0.5,
+    );
+    var width = 0.0;
+    for (var point = 0u; point < 5u; point++) {
+        if range.x < range.y && holds(place(points[point]), range) {
+            width = max(width, width_along(points[point], frame.light_normal, range));
+        }
+    }
+    atomicStore(&voxels[LIGHTS + frame.light], bitcast<u32>(width * BIAS));
+}
+
+// Whether the voxels reach there, borders included.
+fn holds(p: vec3<f32>, range: vec2<f32>) -> bool {
+    let widest = f32(RESOLUTION) * p.z;
+    return p.z >= range.x && p.z <= range.y && p.x >= 0.0 && p.x <= widest && p.y >= 0.0 && p.y <= widest;
+}
