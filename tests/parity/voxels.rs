@@ -157,14 +157,16 @@ fn wrong_voxels_are_found() {
         "(depths - range.x) * density(range)",
         "(depths - range.x) * density(range) + 0.5",
     ];
-    let twins = Twins::altered(&bench, "toys", &marching(config), slices);
+    let mut twins = Twins::render(&bench, "toys", &marching(config), true);
+    assert_eq!(compare_voxels(&bench, &twins, config)[1], 0);
+    twins.alter(&bench, &marching(config), slices);
     assert!(compare_voxels(&bench, &twins, config)[1] > 0);
     let mut twins = Twins::of(&bench, Stage::new(blocker_over_floor()).unwrap(), &marching(config), true);
     assert_eq!(compare_voxels(&bench, &twins, config)[1], 0);
     let mut lossy = blocker_over_floor();
     lossy.mesh.triangles.pop();
     lossy.mesh.material_ids.pop();
-    twins.gpu = Renderer::new(&bench.gpu.device, &bench.gpu.queue, &lossy, &marching(config)).unwrap();
+    twins.gpu = bench.renderer(&lossy, &marching(config)).unwrap();
     bench.keep(&twins.gpu, twins.cpu.gbuffer());
     bench.render(&mut twins.gpu, &Inputs { surfaces: Surfaces::Kept, ..Inputs::default() });
     assert!(compare_voxels(&bench, &twins, config)[1] > 0);
