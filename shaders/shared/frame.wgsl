@@ -95,9 +95,14 @@ struct Lane {
     @builtin(local_invocation_index) index: u32,
 }
 
-// Its number.
+// The number of its workgroup.
+fn group_of(here: Lane) -> u32 {
+    return here.workgroup.y * here.workgroups.x + here.workgroup.x;
+}
+
+// Its own number.
 fn invocation(here: Lane) -> u32 {
-    return (here.workgroup.y * here.workgroups.x + here.workgroup.x) * 64u + here.index;
+    return group_of(here) * 64u + here.index;
 }
 
 // Written out, so that no compiler chooses an order.

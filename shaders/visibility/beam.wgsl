@@ -1,12 +1,10 @@
 // Masks of 64 neighbouring receivers by the triangles in the shaft between them and the light, which are gathered once for all.
 // An empty shaft proves that all of them see all of the light. Where there is no room for the triangles, receivers are left to
 // rays.
-//@ needs shared/counters shared/query shared/sortable visibility/horizon visibility/triangle
+//@ needs shared/query shared/sortable shared/tally visibility/horizon visibility/triangle
 //@ reads nodes queries
 //@ writes wanted visible spilled
 
-// Where traced rays are counted: 0 to refine, 1 for irradiance alone.
-override PURPOSE: u32 = 1u;
 // The largest coordinate of the scene.
 override LARGEST: f32 = 1.0;
 
@@ -39,8 +37,6 @@ var<workgroup> listed: atomic<u32>;
 // The nodes at hand, and whether all triangles have found room.
 var<workgroup> at_hand: vec3<u32>;
 var<workgroup> first_spilled: u32;
-var<workgroup> traced: atomic<u32>;
-var<workgroup> skipped: atomic<u32>;
 
 @compute @workgroup_size(64)
 fn beam(here: Lane) {
@@ -84,11 +80,7 @@ fn beam(here: Lane) {
         atomicStore(&spilled[first_spilled + place], query);
     }
     workgroupBarrier();
-    if here.index == 0u {
-        let bucket = TALLY + (here.workgroup.y * here.workgroups.x + here.workgroup.x) % BUCKETS;
-        atomicAdd(&counters[bucket + PURPOSE * BUCKETS], atomicLoad(&traced));
-        atomicAdd(&counters[bucket + SKIPPED * BUCKETS], atomicLoad(&skipped));
-    }
+    tally(here);
 }
 
 // Whether a query wants a sample that may add light; one that does not is answered at once.

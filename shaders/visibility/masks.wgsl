@@ -1,20 +1,15 @@
-// Answers queries: takes out what lies below a horizon and asks `occluded` for the rest. An invocation is a ray, and those of
+// Answers queries: takes out what lies below a horizon and asks `is_hidden` for the rest. An invocation is a ray, and those of
 // one receiver are neighbours, so that they go through the same nodes.
-//@ needs shared/counters shared/query visibility/horizon
+//@ needs shared/query shared/tally visibility/horizon
 //@ reads queries
 //@ writes wanted visible
 
-// Where traced rays are counted: 0 to refine, 1 for irradiance alone.
-override PURPOSE: u32 = 1u;
-
 var<workgroup> wanted_words: array<atomic<u32>, 64>;
 var<workgroup> visible_words: array<atomic<u32>, 64>;
-var<workgroup> traced: atomic<u32>;
-var<workgroup> skipped: atomic<u32>;
 
 @compute @workgroup_size(64)
 fn masks(here: Lane) {
-    let group = here.workgroup.y * here.workgroups.x + here.workgroup.x;
+    let group = group_of(here);
     let stride = frame.pattern.stride;
     var number = group * (64u / min(stride, 64u)) + here.index / min(stride, 64u);
     var index = here.index % min(stride, 64u);
@@ -49,9 +44,5 @@ fn masks(here: Lane) {
         wanted[word] = atomicLoad(&wanted_words[here.index / chunk]);
         visible[word] = atomicLoad(&visible_words[here.index / chunk]);
     }
-    if here.index == 0u {
-        let bucket = TALLY + group % BUCKETS;
-        atomicAdd(&counters[bucket + PURPOSE * BUCKETS], atomicLoad(&traced));
-        atomicAdd(&counters[bucket + SKIPPED * BUCKETS], atomicLoad(&skipped));
-    }
+    tally(here);
 }

@@ -6,12 +6,8 @@
 override RECEIVERS: u32 = 0u;
 
 @compute @workgroup_size(64)
-fn fill(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let number = invocation(workgroup, workgroups, lane);
+fn fill(here: Lane) {
+    let number = invocation(here);
     if RECEIVERS == 1u {
         let query = query_of(number);
         if query != NONE {

@@ -5,12 +5,8 @@
 var<workgroup> ends: array<atomic<u32>, 8>;
 
 @compute @workgroup_size(64)
-fn lay_out(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let pixel = invocation(workgroup, workgroups, lane);
+fn lay_out(here: Lane) {
+    let pixel = invocation(here);
     if pixel < frame.width * frame.height && is_receiver(pixel) {
         let origin = receiver_at(pixel).origin;
         let side = side_of(origin);
@@ -24,7 +20,7 @@ fn lay_out(
         }
     }
     workgroupBarrier();
-    if lane < 8u {
-        atomicMax(&bins[lane], atomicLoad(&ends[lane]));
+    if here.index < 8u {
+        atomicMax(&bins[here.index], atomicLoad(&ends[here.index]));
     }
 }

@@ -3,12 +3,8 @@
 //@ writes bins
 
 @compute @workgroup_size(64)
-fn measure(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let cell = invocation(workgroup, workgroups, lane);
+fn measure(here: Lane) {
+    let cell = invocation(here);
     if cell >= finest_cells() {
         return;
     }

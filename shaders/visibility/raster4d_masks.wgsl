@@ -17,12 +17,8 @@ var<workgroup> listed: atomic<u32>;
 var<workgroup> list_length: u32;
 
 @compute @workgroup_size(64)
-fn take_hidden(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let task = workgroup.y * workgroups.x + workgroup.x;
+fn take_hidden(here: Lane) {
+    let task = group_of(here);
     if task >= bins_read[TASKS] {
         return;
     }
@@ -33,18 +29,18 @@ fn take_hidden(
     let first = ends_before(receiver_ends(), cell) + part / runs / frame.pattern.words * GROUP;
     let count = min(bins_read[receiver_ends() + cell] - first, GROUP);
     var slot = 0u;
-    if lane < count {
-        let query = bins_read[query_order() + first + lane];
+    if here.index < count {
+        let query = bins_read[query_order() + first + here.index];
         let receiver = receiver_at(queries[query].pixel);
         let place = receiver_rectangle(local(receiver.origin, cell / (FRAMEBUFFER * FRAMEBUFFER)));
         slot = query * frame.pattern.words + word;
-        origins[lane] = receiver.origin;
-        keys[lane] = queries[query].key;
-        places[lane] = vec4(place.low, place.high);
-        left[lane] = atomicLoad(&seen[slot]);
+        origins[here.index] = receiver.origin;
+        keys[here.index] = queries[query].key;
+        places[here.index] = vec4(place.low, place.high);
+        left[here.index] = atomicLoad(&seen[slot]);
     }
     workgroupBarrier();
-    if lane == 0u {
+    if here.index == 0u {
         var low = vec2(-MOST);
         var high = vec2(MOST);
         for (var receiver = 0u; receiver < count; receiver++) {
@@ -56,21 +52,21 @@ fn take_hidden(
         within = vec4(low, high);
     }
     workgroupBarrier();
-    gather(lane, cell, part % runs);
+    gather(here.index, cell, part % runs);
     workgroupBarrier();
-    if lane == 0u {
+    if here.index == 0u {
         list_length = atomicLoad(&listed);
     }
     workgroupBarrier();
-    for (var receiver = lane / 32u; receiver < count; receiver += 2u) {
-        let bit = 1u << (lane & 31u);
-        if (left[receiver] & bit) != 0u && is_hidden(receiver, word * 32u + (lane & 31u)) {
+    for (var receiver = here.index / 32u; receiver < count; receiver += 2u) {
+        let bit = 1u << (here.index & 31u);
+        if (left[receiver] & bit) != 0u && is_hidden(receiver, word * 32u + (here.index & 31u)) {
             atomicOr(&hidden[receiver], bit);
         }
     }
     workgroupBarrier();
-    if lane < count && atomicLoad(&hidden[lane]) != 0u {
-        atomicAnd(&seen[slot], ~atomicLoad(&hidden[lane]));
+    if here.index < count && atomicLoad(&hidden[here.index]) != 0u {
+        atomicAnd(&seen[slot], ~atomicLoad(&hidden[here.index]));
     }
 }
 

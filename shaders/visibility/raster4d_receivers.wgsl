@@ -1,22 +1,12 @@
 // Counts receivers by cell and takes out the samples below their horizons. Those that are too near the light's plane are left to
 // rays.
-//@ needs shared/at_hand shared/query visibility/horizon visibility/raster4d_bounds
+//@ needs shared/at_hand shared/query shared/tally visibility/horizon visibility/raster4d_bounds
 //@ reads queries
 //@ writes wanted visible bins spilled
 
-// Where traced rays are counted: 0 to refine, 1 for irradiance alone.
-override PURPOSE: u32 = 1u;
-
-var<workgroup> traced: atomic<u32>;
-var<workgroup> skipped: atomic<u32>;
-
 @compute @workgroup_size(64)
-fn count_receivers(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let query = query_of(invocation(workgroup, workgroups, lane));
+fn count_receivers(here: Lane) {
+    let query = query_of(invocation(here));
     if query != NONE {
         let cell = cell_of(queries[query].pixel);
         atomicStore(&bins[cells_of_queries() + query], cell);
@@ -29,11 +19,7 @@ fn count_receivers(
         }
     }
     workgroupBarrier();
-    if lane == 0u {
-        let bucket = TALLY + (workgroup.y * workgroups.x + workgroup.x) % BUCKETS;
-        atomicAdd(&counters[bucket + PURPOSE * BUCKETS], atomicLoad(&traced));
-        atomicAdd(&counters[bucket + SKIPPED * BUCKETS], atomicLoad(&skipped));
-    }
+    tally(here);
 }
 
 fn cell_of(pixel: u32) -> u32 {

@@ -5,12 +5,8 @@
 //@ writes bins rectangles
 
 @compute @workgroup_size(64)
-fn count_triangles(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let triangle = invocation(workgroup, workgroups, lane);
+fn count_triangles(here: Lane) {
+    let triangle = invocation(here);
     if triangle >= TRIANGLES {
         return;
     }

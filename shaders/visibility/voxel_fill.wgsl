@@ -21,13 +21,9 @@ struct Extent {
 }
 
 @compute @workgroup_size(64)
-fn fill(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let task = workgroup.y * workgroups.x + workgroup.x;
-    var triangle = task * 64u + lane;
+fn fill(here: Lane) {
+    let task = group_of(here);
+    var triangle = task * 64u + here.index;
     if LARGE == 1u {
         if task >= atomicLoad(&large[0]) * bands() {
             return;
@@ -64,11 +60,11 @@ fn fill(
         width = size.x;
         count = size.x * size.y;
         if LARGE == 1u {
-            let row = task % bands() * BAND + lane / 4u;
-            let is_in = row >= first.y && row - first.y < size.y && lane % 4u < size.x;
-            first = vec2(first.x + lane % 4u, row);
+            let row = task % bands() * BAND + here.index / 4u;
+            let is_in = row >= first.y && row - first.y < size.y && here.index % 4u < size.x;
+            first = vec2(first.x + here.index % 4u, row);
             every = 4u;
-            width = (size.x - min(lane % 4u, size.x) + 3u) / 4u;
+            width = (size.x - min(here.index % 4u, size.x) + 3u) / 4u;
             count = select(0u, width, is_in);
         } else if max(size.x, size.y) > SMALL {
             atomicStore(&large[1u + atomicAdd(&large[0], 1u)], triangle);

@@ -8,12 +8,8 @@ var<workgroup> farthest: atomic<u32>;
 var<workgroup> deepest: atomic<u32>;
 
 @compute @workgroup_size(64)
-fn find_range(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = invocation(workgroup, workgroups, lane);
+fn find_range(here: Lane) {
+    let index = invocation(here);
     if index < frame.width * frame.height && is_receiver(index) {
         // Positive floats have the order of their bits.
         let depth = bitcast<u32>(position[index].w);
@@ -24,7 +20,7 @@ fn find_range(
         atomicMax(&deepest, bitcast<u32>(max(dot3(space.forward, triangles[index].xyz - frame.eye), 0.0)));
     }
     workgroupBarrier();
-    if lane == 0u {
+    if here.index == 0u {
         atomicMax(&voxels[NEAR], atomicLoad(&nearest));
         atomicMax(&voxels[FAR], atomicLoad(&farthest));
         atomicMax(&voxels[DEEPEST], atomicLoad(&deepest));

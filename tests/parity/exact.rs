@@ -176,7 +176,7 @@ fn what_raster4d_cannot_do_is_refused() {
     let Some(bench) = Bench::open() else { return };
     let refusal = |config: Raster4dConfig, kind| {
         let config = with(VisibilityConfig::Raster4d(config), kind);
-        Renderer::new(&bench.gpu.device, &bench.gpu.queue, &blocker_over_floor(), &config).unwrap_err()
+        bench.renderer(&blocker_over_floor(), &config).unwrap_err()
     };
     let usual = Raster4dConfig::default();
     // As on the CPU.

@@ -302,8 +302,7 @@ fn wrong_constants_are_found() {
         VoxelConfig { thickness: 1, ..config },
         VoxelConfig { traversal: Traversal::Steps { count: 17 }, ..config },
     ] {
-        let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
-        twins.gpu = Renderer::new(device, queue, &twins.stage.scene, &marching(wrong)).unwrap();
+        twins.gpu = bench.renderer(&twins.stage.scene, &marching(wrong)).unwrap();
         bench.keep(&twins.gpu, twins.cpu.gbuffer());
         bench.render(&mut twins.gpu, &Inputs { surfaces: Surfaces::Kept, ..Inputs::default() });
         let [flips, strange, rays] = compare(&bench, &twins, config);

@@ -139,6 +139,7 @@ modules![
     "shared/sortable",
     "shared/sums",
     "shared/surface",
+    "shared/tally",
     "shared/tangent",
     "shared/unshadowed",
     "shared/votes",
