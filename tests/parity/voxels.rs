@@ -12,7 +12,7 @@ use halflight::refine::{LatticeConfig, NicholsConfig, SfvtGassConfig};
 use halflight::scene::Mesh;
 use halflight::stages::Visibility;
 use halflight::voxel::{Frustum, Traversal, VoxelConfig, Voxels, turned};
-use halflight_gpu::{Inputs, Inside, Renderer, Surfaces};
+use halflight_gpu::{Inputs, Inside, Surfaces};
 
 use halflight_tests::{Stage, blocker_over_floor, quads};
 

@@ -23,7 +23,7 @@ pub fn required_limits() -> wgpu::Limits {
 }
 
 /// Most memory that the workgroups of a stage share, bytes.
-pub(crate) const WORKGROUP_BYTES: u64 = 8 << 10;
+pub(crate) const WORKGROUP_BYTES: u64 = 12 << 10;
 
 /// Checks that a device allows what wgpu itself does not check before frames are submitted.
 ///
