@@ -1,7 +1,9 @@
 //! Error targets: what a trial chooses, and whether the image comes out as on the CPU.
 
-use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
+use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
+use halflight::frame::LightSampling;
 use halflight::irradiance::Shading;
+use halflight::pattern::PatternKind;
 use halflight::refine::LatticeConfig;
 use halflight_gpu::Inside;
 
@@ -53,6 +55,26 @@ fn targets_take_the_samples_that_they_take_on_the_cpu() {
         assert!(error < f64::from(target), "{scene} {target}: {error}");
     }
     assert!(chosen[0] < chosen[1], "{chosen:?}");
+}
+
+#[test]
+fn targets_are_reached_by_all_exact_backends() {
+    let Some(bench) = Bench::open() else { return };
+    let target = 1e-3;
+    let mut chosen = Vec::new();
+    for name in ["beam", "raster4d"] {
+        // All take samples in rows.
+        let sampling = LightSampling { kind: PatternKind::ShiftedRows, ..LightSampling::default() };
+        let visibility = VisibilityConfig::named(name).unwrap();
+        let twins =
+            Twins::render(&bench, "toys", &PipelineConfig { visibility, sampling, ..config(target) }, true);
+        let [found, expected] = sides(&bench, &twins);
+        assert_eq!(found, expected, "{name}");
+        let error = error(&bench, &twins);
+        assert!(error < f64::from(target), "{name}: {error}");
+        chosen.push(found);
+    }
+    assert!(chosen[0] == chosen[1] && chosen[0] < 8, "{chosen:?}");
 }
 
 #[test]
