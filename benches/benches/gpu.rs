@@ -6,7 +6,7 @@
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use halflight::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
+use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 use halflight::frame::LightSampling;
 use halflight::gpu::{Gpu, Inputs, Renderer};
 use halflight::pattern::PatternKind;
@@ -25,6 +25,11 @@ fn bench(c: &mut Criterion) {
             height: HEIGHT,
             refiner: RefinerConfig::named(refiner).unwrap(),
             visibility: VisibilityConfig::named(visibility).unwrap(),
+            upsampler: if refiner == "lattice" {
+                UpsamplerConfig::Lattice
+            } else {
+                UpsamplerConfig::RbfRobust
+            },
             // All backends take them.
             sampling: LightSampling { kind: PatternKind::ShiftedRows, ..LightSampling::default() },
             ..PipelineConfig::default()

@@ -6,7 +6,7 @@ const SIDE: u32 = 65535u;
 
 fn set_size(slot: u32, groups: u32) {
     arguments[3u * slot] = min(groups, SIDE);
-    arguments[3u * slot + 1u] = (groups + SIDE - 1u) / SIDE;
+    arguments[3u * slot + 1u] = groups / SIDE + u32(groups % SIDE > 0u);
     arguments[3u * slot + 2u] = 1u;
 }
 

@@ -1,5 +1,5 @@
 // Counts receivers by cell and takes out the samples below their horizons. Those that are too near the light's plane are left to
-// rays.
+// rays; those behind the light are answered.
 //@ needs shared/at_hand shared/query shared/tally visibility/horizon visibility/raster4d_bounds
 //@ reads queries
 //@ writes wanted visible bins spilled
@@ -8,13 +8,18 @@
 fn count_receivers(here: Lane) {
     let query = query_of(invocation(here));
     if query != NONE {
-        let cell = cell_of(queries[query].pixel);
+        let pixel = queries[query].pixel;
+        let cell = cell_of(pixel);
         atomicStore(&bins[cells_of_queries() + query], cell);
-        if cell == NONE {
+        if pixel == NONE {
+            answer_nothing(query);
+        } else if cell == NONE && any(facing(receiver_at(pixel).origin) != vec3(0.0)) {
             let place = atomicAdd(&spilled[0], 1u);
             atomicStore(&spilled[1u + place], query);
         } else {
-            atomicAdd(&bins[receiver_ends() + cell], 1u);
+            if cell != NONE {
+                atomicAdd(&bins[receiver_ends() + cell], 1u);
+            }
             take_out(query);
         }
     }
@@ -34,6 +39,13 @@ fn cell_of(pixel: u32) -> u32 {
     }
     let at = cell_at(squeezed(slope(p, 0.0)), bounds(side));
     return (side * FRAMEBUFFER + at.y) * FRAMEBUFFER + at.x;
+}
+
+fn answer_nothing(query: u32) {
+    for (var word = 0u; word < frame.pattern.words; word++) {
+        wanted[query * frame.pattern.words + word] = 0u;
+        visible[query * frame.pattern.words + word] = 0u;
+    }
 }
 
 // What is left is seen where no triangle says otherwise.

@@ -1,10 +1,13 @@
 // Counts of cells become places: each cell's begins where the last one's ends. Filling the cells then moves each place on to the
 // cell's end.
-//@ needs shared/arguments visibility/raster4d
+//@ needs shared/arguments shared/counters visibility/raster4d
 //@ writes bins
 
 // 0 for triangles, 1 for receivers, whose tasks are counted as well.
 override RECEIVERS: u32 = 0u;
+
+// Most tasks: more do not fit into a dispatch. Their receivers then count as lost.
+const MOST: u32 = SIDE * SIDE;
 
 var<workgroup> sums: array<vec2<u32>, 256>;
 
@@ -19,7 +22,7 @@ fn scan(@builtin(local_invocation_index) lane: u32) {
     var sum = vec2(0u);
     for (var cell = begin; cell < end; cell++) {
         let size = atomicLoad(&bins[first + cell]);
-        sum += vec2(size, tasks(cell, size));
+        sum = added(sum, vec2(size, tasks(cell, size)));
     }
     sums[lane] = sum;
     workgroupBarrier();
@@ -28,9 +31,13 @@ fn scan(@builtin(local_invocation_index) lane: u32) {
         for (var other = 0u; other < 256u; other++) {
             let own = sums[other];
             sums[other] = total;
-            total += own;
+            total = added(total, own);
         }
         if is_receivers {
+            if total.y == MOST {
+                atomicAdd(&counters[OVERFLOW], total.x);
+                total.y = 0u;
+            }
             atomicStore(&bins[TASKS], total.y);
             set_size(5u, total.y);
         }
@@ -43,8 +50,12 @@ fn scan(@builtin(local_invocation_index) lane: u32) {
         if is_receivers {
             atomicStore(&bins[first_tasks() + cell], sum.y);
         }
-        sum += vec2(size, tasks(cell, size));
+        sum = added(sum, vec2(size, tasks(cell, size)));
     }
+}
+
+fn added(sum: vec2<u32>, more: vec2<u32>) -> vec2<u32> {
+    return vec2(sum.x + more.x, sum.y + min(more.y, MOST - sum.y));
 }
 
 // Workgroups that a finest cell with so many receivers takes: as many as there are groups of these, words of their masks and
@@ -54,5 +65,9 @@ fn tasks(cell: u32, receivers: u32) -> u32 {
         return 0u;
     }
     let runs = (atomicLoad(&bins[lengths() + cell]) + RUN - 1u) / RUN;
-    return (receivers + GROUP - 1u) / GROUP * frame.pattern.words * runs;
+    let groups = (receivers + GROUP - 1u) / GROUP * frame.pattern.words;
+    if groups > MOST / max(runs, 1u) {
+        return MOST;
+    }
+    return groups * runs;
 }

@@ -3,6 +3,9 @@
 //@ reads position triangles
 //@ writes voxels
 
+// Bits of infinity; those of what is negative or no number are more.
+const INFINITE: u32 = 0x7f800000u;
+
 var<workgroup> nearest: atomic<u32>;
 var<workgroup> farthest: atomic<u32>;
 var<workgroup> deepest: atomic<u32>;
@@ -11,10 +14,12 @@ var<workgroup> deepest: atomic<u32>;
 fn find_range(here: Lane) {
     let index = invocation(here);
     if index < frame.width * frame.height && is_receiver(index) {
-        // Positive floats have the order of their bits.
+        // Floats that are neither negative nor infinite have the order of their bits.
         let depth = bitcast<u32>(position[index].w);
-        atomicMax(&nearest, ~depth);
-        atomicMax(&farthest, depth);
+        if depth < INFINITE {
+            atomicMax(&nearest, ~depth);
+            atomicMax(&farthest, depth);
+        }
     }
     if index < 3u * TRIANGLES {
         atomicMax(&deepest, bitcast<u32>(max(dot3(space.forward, triangles[index].xyz - frame.eye), 0.0)));

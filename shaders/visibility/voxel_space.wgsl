@@ -50,7 +50,8 @@ fn depth_range(inverted: u32, farthest: u32, deepest: u32) -> vec2<f32> {
         return vec2(0.0);
     }
     var near = bitcast<f32>(~inverted);
-    var far = bitcast<f32>(farthest);
+    // No receiver lies behind the last corner, whatever its depth says.
+    var far = min(bitcast<f32>(farthest), bitcast<f32>(deepest));
     if space.lights_deepest > far {
         far = max(far, min(space.lights_deepest, bitcast<f32>(deepest)));
     }

@@ -83,15 +83,19 @@ fn masks_are_those_of_the_cpu() {
 fn receivers_at_the_plane_of_the_light_go_to_rays() {
     let Some(bench) = Bench::open() else { return };
     let mut scene = blocker_over_floor();
-    // Just above the floor, with a wall beside it.
+    // Just above the floor, with a wall beside it, both of whose sides it lights.
     scene.lights[0].corner.y = 0.003;
+    scene.lights[0].two_sided = true;
     let floor = (Vec3::new(-8.0, 0.0, -8.0), Vec3::X * 16.0, Vec3::Z * 16.0);
     scene.mesh = quads(&[floor, (Vec3::new(1.0, -0.1, -0.5), Vec3::Y, Vec3::Z)]);
-    let twins = Twins::of(&bench, Stage::new(scene).unwrap(), &raster4d(), true);
+    let mut twins = Twins::of(&bench, Stage::new(scene).unwrap(), &raster4d(), true);
     let (flips, rays) = compare(&bench, &twins).unwrap();
     let (all, left) = (twins.cpu.fragments().batch(0).len(), spilled(&bench, &twins.gpu));
     assert!(rays > 50_000 && flips * 50_000 <= rays, "{flips} of {rays}");
     assert!(0 < left && left < all, "{left} of {all}");
+    let margin = "return p.height > 0.0 && aside + error < MARGIN * 0.25;";
+    twins.alter(&bench, &raster4d(), ["visibility/raster4d", margin, "return p.height > 0.0;"]);
+    assert!(spilled(&bench, &twins.gpu) < left);
 }
 
 #[test]

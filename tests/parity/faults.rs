@@ -2,8 +2,10 @@
 
 use std::sync::mpsc;
 
-use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
+use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
+use halflight::frame::LightSampling;
 use halflight::irradiance::Shading;
+use halflight::pattern::PatternKind;
 use halflight::refine::{LatticeConfig, NicholsConfig, SfvtGassConfig};
 use halflight_gpu::{Gpu, GpuError, GpuStats, Inputs, Inside, Renderer, shader_module, wgpu};
 use halflight_tests::blocker_over_floor;
@@ -92,11 +94,35 @@ fn refiners_survive_lists_that_overflow() {
 }
 
 #[test]
-fn lost_devices_give_errors_and_no_panic() {
+fn tasks_without_room_are_counted() {
     let Some(bench) = Bench::open() else { return };
+    let sampling = LightSampling { kind: PatternKind::ShiftedRows, ..LightSampling::default() };
+    let visibility = VisibilityConfig::named("raster4d").unwrap();
+    let config = PipelineConfig { visibility, sampling, ..full(64, 48, Shading::Ratio) };
+    let text = shader_module("visibility/raster4d_scan").unwrap();
+    assert!(text.contains("SIDE * SIDE"));
+    let scene = &bundled("toys").scene;
+    let Gpu { device, queue, .. } = &bench.gpu;
+    for (most, lost) in [("1000000u", false), ("1000u", true)] {
+        let modules = [("visibility/raster4d_scan", &*text.replace("SIDE * SIDE", most))];
+        let mut gpu = Renderer::with_modules(device, queue, scene, &config, &modules).unwrap();
+        let stats = bench.gpu.render(&mut gpu, &Inputs::default()).unwrap();
+        assert_eq!(stats.lost > 1000, lost, "{most}: {}", stats.lost);
+    }
+}
+
+#[test]
+fn lost_devices_give_errors_and_no_panic() {
+    for name in ["bvh", "voxel"] {
+        let Some(bench) = Bench::open() else { return };
+        let visibility = VisibilityConfig::named(name).unwrap();
+        lost_device(&bench, &PipelineConfig { visibility, ..full(32, 24, Shading::Ratio) });
+    }
+}
+
+fn lost_device(bench: &Bench, config: &PipelineConfig) {
     let scene = blocker_over_floor();
-    let config = full(32, 24, Shading::Ratio);
-    let mut gpu = bench.renderer(&scene, &config).unwrap();
+    let mut gpu = bench.renderer(&scene, config).unwrap();
     bench.render(&mut gpu, &Inputs::default());
     // A frame that is recorded before and submitted after.
     let Gpu { device, queue, .. } = &bench.gpu;
@@ -123,5 +149,5 @@ fn lost_devices_give_errors_and_no_panic() {
     // Buffers of another size may come into being or not.
     let _ = gpu.resize(20, 10);
     assert!(bench.gpu.render(&mut gpu, &Inputs::default()).is_err());
-    assert!(matches!(bench.renderer(&scene, &config), Err(GpuError::Memory(_))));
+    assert!(matches!(bench.renderer(&scene, config), Err(GpuError::Memory(_))));
 }

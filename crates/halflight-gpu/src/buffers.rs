@@ -166,7 +166,12 @@ impl Buffers {
         let storage =
             wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
         let buffer = |what: &'static str, bytes: u64, usage: wgpu::BufferUsages| {
-            check_size(&limits, what, bytes, "smaller images, fewer light samples or fewer triangles fit")?;
+            check_size(
+                &limits,
+                what,
+                bytes,
+                "smaller images, fewer light samples or triangles, or a backend of fewer cells or voxels fit",
+            )?;
             Ok::<_, GpuError>(device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(what),
                 // Something must be bound where there is nothing.

@@ -262,7 +262,12 @@ impl Renderer {
                 stages.refine.frames(general.with_light(number, light, key), self.pattern)
             })
             .collect();
-        write_frames(&self.device, encoder, buffers, &frames)?;
+        let space = stages.tracer.visibility.space(camera, buffers.size);
+        let written = [
+            ("uniforms", &frame_bytes(buffers, &frames), &buffers.frames),
+            ("voxels", &space, &buffers.space),
+        ];
+        write(&self.device, encoder, &written)?;
         encoder.clear_buffer(&buffers.counters, 0, None);
 
         let mut recorder = Recorder { encoder, buffers, clock: clock.as_mut() };
@@ -285,7 +290,7 @@ impl Renderer {
         }
         stages.refine.prepare(&mut recorder);
         let coarsest = stages.refine.coarsest();
-        stages.tracer.visibility.prepare(&self.device, &mut recorder, camera, stages.refine.uniforms());
+        stages.tracer.visibility.prepare(&mut recorder, stages.refine.uniforms());
         for light in 0..self.lights.len() as u32 {
             let first = light * stages.refine.uniforms();
             stages.tracer.visibility.start(&mut recorder, first);
@@ -361,19 +366,31 @@ impl Stages {
     }
 }
 
-/// Copies the uniforms by the encoder, so that several frames can be recorded before one submission.
-fn write_frames(
-    device: &wgpu::Device,
-    encoder: &mut wgpu::CommandEncoder,
-    buffers: &Buffers,
-    frames: &[Frame],
-) -> Result<(), GpuError> {
+/// What the uniforms hold.
+fn frame_bytes(buffers: &Buffers, frames: &[Frame]) -> Vec<u8> {
     let stride = buffers.frame_stride as usize;
     let mut bytes = vec![0; stride * frames.len()];
     for (slot, frame) in bytes.chunks_exact_mut(stride).zip(frames) {
         slot[..size_of::<Frame>()].copy_from_slice(bytemuck::bytes_of(frame));
     }
-    let staging = filled(device, "uniforms", &bytes, wgpu::BufferUsages::COPY_SRC)?;
-    encoder.copy_buffer_to_buffer(&staging, 0, &buffers.frames, 0, staging.size());
+    bytes
+}
+
+/// Copies to buffers by the encoder, so that several frames can be recorded before one submission.
+///
+/// # Errors
+/// The device is full or lost; nothing has been recorded then.
+fn write(
+    device: &wgpu::Device,
+    encoder: &mut wgpu::CommandEncoder,
+    contents: &[(&'static str, &Vec<u8>, &wgpu::Buffer)],
+) -> Result<(), GpuError> {
+    let some = contents.iter().filter(|(_, bytes, _)| !bytes.is_empty());
+    let staged = |&(what, bytes, to): &(&'static str, &Vec<u8>, _)| {
+        filled(device, what, bytes, wgpu::BufferUsages::COPY_SRC).map(|staging| (staging, to))
+    };
+    for (staging, to) in some.map(staged).collect::<Result<Vec<_>, _>>()? {
+        encoder.copy_buffer_to_buffer(&staging, 0, to, 0, staging.size());
+    }
     Ok(())
 }

@@ -67,16 +67,18 @@ impl Visibility {
         }
     }
 
+    /// What the buffer `space` is to hold for a camera.
+    pub(crate) fn space(&self, camera: &Camera, size: Size) -> Vec<u8> {
+        match self {
+            Self::Voxel(voxel) => voxel.space(camera, size),
+            _ => Vec::new(),
+        }
+    }
+
     /// Records what is done once a frame; the uniforms of each light begin `stride` after those of the one before.
-    pub(crate) fn prepare(
-        &self,
-        device: &wgpu::Device,
-        recorder: &mut Recorder,
-        camera: &Camera,
-        stride: u32,
-    ) {
+    pub(crate) fn prepare(&self, recorder: &mut Recorder, stride: u32) {
         if let Self::Voxel(voxel) = self {
-            voxel.prepare(device, recorder, camera, stride);
+            voxel.prepare(recorder, stride);
         }
     }
 

@@ -7,7 +7,6 @@ use halflight_core::light::AreaLight;
 use halflight_core::scene::{Camera, Scene};
 use halflight_cpu::pipeline::PipelineError;
 use halflight_cpu::voxel::{Frustum, Traversal, VoxelConfig, turned};
-use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 use super::for_both;
 use crate::GpuError;
@@ -104,27 +103,9 @@ impl Voxel {
         }
     }
 
-    /// Sets the voxels that the scene fills before a camera; the uniforms of each light begin `stride` after those of the one
-    /// before.
-    pub(super) fn prepare(
-        &self,
-        device: &wgpu::Device,
-        recorder: &mut Recorder,
-        camera: &Camera,
-        stride: u32,
-    ) {
+    /// Sets the voxels that the scene fills; the uniforms of each light begin `stride` after those of the one before.
+    pub(super) fn prepare(&self, recorder: &mut Recorder, stride: u32) {
         let Size { width, height, .. } = recorder.buffers.size;
-        let aspect = width as f32 / height as f32;
-        // The device finds out where it begins and ends.
-        let depths = (1.0, 2.0);
-        let VoxelConfig { resolution, depth_bits, .. } = self.config;
-        let frustum = Frustum::new(camera, aspect, depths, resolution as usize, depth_bits as usize);
-        let staging = device.create_buffer_init(&BufferInitDescriptor {
-            label: Some("space of voxels"),
-            contents: &self.space(&frustum),
-            usage: wgpu::BufferUsages::COPY_SRC,
-        });
-        recorder.encoder.copy_buffer_to_buffer(&staging, 0, &recorder.buffers.space, 0, staging.size());
         recorder.encoder.clear_buffer(&recorder.buffers.voxels, 0, None);
         recorder.encoder.clear_buffer(&recorder.buffers.large, 0, Some(4));
         let pixels = u64::from(width) * u64::from(height);
@@ -144,8 +125,13 @@ impl Voxel {
         vec![range, clearance, small, dispatch, large, first, second]
     }
 
-    /// What the shaders' `space` holds.
-    fn space(&self, frustum: &Frustum) -> Vec<u8> {
+    /// What the shaders' `space` holds for a camera.
+    pub(super) fn space(&self, camera: &Camera, size: Size) -> Vec<u8> {
+        let aspect = size.width as f32 / size.height as f32;
+        // The device finds out where it begins and ends.
+        let depths = (1.0, 2.0);
+        let VoxelConfig { resolution, depth_bits, .. } = self.config;
+        let frustum = &Frustum::new(camera, aspect, depths, resolution as usize, depth_bits as usize);
         let depth = |point: Vec3| frustum.forward.dot(point - frustum.eye);
         let corners = self.lights.iter().flat_map(AreaLight::corners);
         let row = |axis: usize| frustum.rows[axis].as_vec3();
