@@ -1,3 +1,5 @@
+use naga::back::pipeline_constants::process_overrides;
+use naga::back::{hlsl, msl};
 use naga::front::wgsl;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
@@ -41,5 +43,28 @@ fn every_program_is_valid_and_binds_what_it_says() {
             }
         }
         assert!(shared <= WORKGROUP_BYTES, "{} shares {shared} bytes", program.name);
+    }
+}
+
+/// Neither Direct3D nor Metal runs here; that wgpu can translate every program for them is known.
+#[test]
+fn every_program_is_translated_for_direct3d_and_metal() {
+    for program in ALL {
+        let (module, _) = parsed(program);
+        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+        let info = validator.validate(&module).unwrap();
+        let (module, info) =
+            process_overrides(&module, &info, None, &naga::back::PipelineConstants::default()).unwrap();
+        let options = hlsl::Options { shader_model: hlsl::ShaderModel::V6_0, ..hlsl::Options::default() };
+        let mut text = String::new();
+        let usual = hlsl::PipelineOptions::default();
+        let found = hlsl::Writer::new(&mut text, &options, &usual).write(&module, &info, None).unwrap();
+        assert!(found.entry_point_names.iter().all(Result::is_ok), "{}: {found:?}", program.name);
+        assert!(text.contains(program.entry), "{}", program.name);
+        let options = msl::Options { lang_version: (2, 4), ..msl::Options::default() };
+        let usual = msl::PipelineOptions::default();
+        let (text, found) = msl::write_string(&module, &info, &options, &usual).unwrap();
+        assert!(found.entry_point_names.iter().all(Result::is_ok), "{}: {found:?}", program.name);
+        assert!(text.contains(program.entry), "{}", program.name);
     }
 }
