@@ -7,6 +7,9 @@ const FAR_STEP: f32 = 32.0;
 // What stands in the way begins anywhere between two pixels: it is taken to be this near.
 const NEAREST: f32 = 0.05;
 
+// Cosine of the turn from which convex edges are taken for steps.
+override EDGE: f32 = -2.0;
+
 // Where the light is: in front, behind, on both sides.
 const LIT: u32 = 0u;
 const UNLIT: u32 = 1u;
@@ -41,7 +44,7 @@ fn between(a: u32, b: u32) -> u32 {
     }
     let rises = rises_between(a, b, 1u);
     if rises.above_a <= rises.limit && rises.above_b <= rises.limit {
-        return NOTHING;
+        return select(NOTHING, STEP, dot3(normal_at(a), normal_at(b)) < EDGE);
     }
     if max(rises.above_a, rises.above_b) > FAR_STEP * rises.step {
         return STEP;

@@ -5,7 +5,7 @@ use halflight::frame::LightSampling;
 use halflight::irradiance::Shading;
 use halflight::pattern::PatternKind;
 use halflight::refine::LatticeConfig;
-use halflight_gpu::Inside;
+use halflight_gpu::{Inputs, Inside, Surfaces};
 
 use crate::device::Bench;
 use crate::scenes::{Twins, full};
@@ -55,6 +55,24 @@ fn targets_take_the_samples_that_they_take_on_the_cpu() {
         assert!(error < f64::from(target), "{scene} {target}: {error}");
     }
     assert!(chosen[0] < chosen[1], "{chosen:?}");
+}
+
+/// Samples that the GPU's fragments and the CPU's have.
+fn samples(bench: &Bench, twins: &mut Twins) -> [u64; 2] {
+    let stats = bench.render(&mut twins.gpu, &Inputs { surfaces: Surfaces::Kept, ..Inputs::default() });
+    [&stats.frame, &twins.cpu.image().stats].map(|stats| stats.fragments.per_level.iter().sum())
+}
+
+#[test]
+fn small_targets_ask_along_edges() {
+    let Some(bench) = Bench::open() else { return };
+    let config = PipelineConfig { width: 203, height: 117, ..config(1e-5) };
+    let mut twins = Twins::render(&bench, "toys", &config, true);
+    let [found, expected] = samples(&bench, &mut twins);
+    assert!(expected > 5000 && found.abs_diff(expected) * 200 < expected, "{found} {expected}");
+    twins.alter(&bench, &config, ["refine/breaks", ") < EDGE)", ") < -2.0)"]);
+    let [found, expected] = samples(&bench, &mut twins);
+    assert!((expected - found) * 50 > expected, "{found} {expected}");
 }
 
 #[test]

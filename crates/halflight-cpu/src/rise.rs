@@ -114,6 +114,13 @@ impl<'a> Rise<'a> {
         }
     }
 
+    /// Whether the normals of two pixels that see different triangles have a cosine below `edge`.
+    #[inline]
+    pub(crate) fn turns(&self, a: usize, b: usize, edge: f32) -> bool {
+        let GBuffer { primitive, normal, .. } = self.gbuffer;
+        primitive[a] != primitive[b] && normal[a].dot(normal[b]) < edge
+    }
+
     /// Which side of a pixel's plane the light is on.
     #[inline]
     pub(crate) fn side(&self, light: &LightCorners, pixel: usize) -> Side {
@@ -218,6 +225,14 @@ mod tests {
     /// Whether two neighbouring pixels are parted: a point of a floor and one a pixel's footprint to its right and `up`
     /// footprints above, whose normal leans to the right by `lean` degrees.
     fn parted(up: f32, lean: f32, edit: impl Fn(&mut GBuffer)) -> bool {
+        compared(up, lean, edit, |rise| {
+            assert_eq!(rise.parts(0, 1, 1), rise.parts(1, 0, 1));
+            rise.parts(0, 1, 1)
+        })
+    }
+
+    /// What is said about these two.
+    fn compared<T>(up: f32, lean: f32, edit: impl Fn(&mut GBuffer), ask: impl Fn(&Rise) -> T) -> T {
         let scene = Scene::default();
         let footprint = 2.0 * (scene.camera.fov_y_deg.to_radians() * 0.5).tan();
         let mut gbuffer = GBuffer::default();
@@ -237,9 +252,7 @@ mod tests {
             index: 0,
             seed: 0,
         };
-        let rise = Rise::new(&frame, &RiseLimits::default());
-        assert_eq!(rise.parts(0, 1, 1), rise.parts(1, 0, 1));
-        rise.parts(0, 1, 1)
+        ask(&Rise::new(&frame, &RiseLimits::default()))
     }
 
     #[test]
@@ -258,6 +271,16 @@ mod tests {
         // At a glancing angle a step has a height but no elevation.
         let glancing = |up: f32| parted(up, 0.0, |gbuffer| gbuffer.position[1].x *= 30.0);
         assert!(glancing(1.5) && !glancing(0.5));
+    }
+
+    #[test]
+    fn edges_turn_by_their_angle() {
+        let turns =
+            |lean: f32| compared(-1.0, lean, |_| {}, |rise| rise.turns(0, 1, 40f32.to_radians().cos()));
+        assert!(turns(41.0) && !turns(39.0) && !turns(0.0));
+        // Within a triangle normals are those of a smooth surface.
+        let smooth = |gbuffer: &mut GBuffer| gbuffer.primitive.fill(7);
+        assert!(!compared(-1.0, 80.0, smooth, |rise| rise.turns(0, 1, 0.8)));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use halflight_core::pattern::Pattern;
 use halflight_core::pyramid::MAX_LEVEL;
 use halflight_cpu::config::{PipelineConfig, RefinerConfig};
 use halflight_cpu::irradiance::Shading;
-use halflight_cpu::refine::{GeometryThresholds, LatticeConfig, NicholsConfig, SfvtGassConfig};
+use halflight_cpu::refine::{Budget, GeometryThresholds, LatticeConfig, NicholsConfig, SfvtGassConfig};
 
 use crate::GpuError;
 use crate::buffers::Size;
@@ -152,9 +152,11 @@ impl Refine {
                 }
                 let target =
                     (config.target > 0.0).then(|| Target::new(compiler, config.target)).transpose()?;
+                let edge =
+                    if config.target > 0.0 { Budget::new(config.target).edge } else { Budget::NO_EDGE };
                 Ok(Self::Lattice(Box::new(Lattice {
                     config,
-                    breaks: stage(programs::BREAKS, &[])?,
+                    breaks: stage(programs::BREAKS, &[("EDGE", edge.into())])?,
                     gather: stage(programs::BREAKS_GATHER, &[])?,
                     look: stage(programs::LATTICE_LOOK, &[])?,
                     ask: stage(programs::LATTICE_ASK, &[])?,

@@ -31,14 +31,16 @@ pub(super) struct Breaks {
 }
 
 impl Breaks {
-    /// Looks for breaks between all neighbours, and gathers them up to level `coarsest`.
-    pub(super) fn find(&mut self, frame: &Frame, light: u32, limits: &RiseLimits, coarsest: u8) {
+    /// Looks for breaks between all neighbours, and gathers them up to level `coarsest`. Convex edges are breaks as well where
+    /// the cosine of normals on both sides is below `edge`.
+    pub(super) fn find(&mut self, frame: &Frame, light: u32, limits: &RiseLimits, edge: f32, coarsest: u8) {
         let gbuffer = frame.gbuffer;
         (self.width, self.height) = (gbuffer.width, gbuffer.height);
         self.levels.resize_with(usize::from(coarsest) + 1, Level::default);
         let (rise, light) = (Rise::new(frame, limits), LightCorners(frame.light(light).corners()));
         let (width, row) = (gbuffer.width, gbuffer.width.max(1) as usize);
-        let flag = |between: Between, bit: u8| match between {
+        let flag = |a: usize, b: usize, bit: u8| match rise.between(&light, a, b) {
+            Between::Nothing if rise.turns(a, b, edge) => bit,
             Between::Nothing => 0,
             Between::Step => bit,
             Between::Shade => bit | bit << SHADE,
@@ -63,10 +65,10 @@ impl Breaks {
                 for (x, flags) in (start..).zip(flags) {
                     let pixel = first + x;
                     if x + 1 < row {
-                        *flags |= flag(rise.between(&light, pixel, pixel + 1), RIGHT);
+                        *flags |= flag(pixel, pixel + 1, RIGHT);
                     }
                     if !last {
-                        *flags |= flag(rise.between(&light, pixel, pixel + row), BELOW);
+                        *flags |= flag(pixel, pixel + row, BELOW);
                     }
                 }
             }

@@ -37,7 +37,7 @@ impl Target {
     pub(super) const WORDS: u32 = (Budget::ONCE as u32 * Budget::ONCE as u32).div_ceil(32);
 
     pub(super) fn new(compiler: &Compiler, target: f32) -> Result<Self, GpuError> {
-        let Budget { noise, interpolation, step_level } = Budget::new(target);
+        let Budget { noise, interpolation, step_level, .. } = Budget::new(target);
         let constants =
             [("NOISE_TARGET", noise), ("INTERPOLATION", interpolation), ("STEP_LEVEL", step_level.into())];
         Ok(Self {

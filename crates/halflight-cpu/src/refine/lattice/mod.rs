@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use super::breaks::Breaks;
 use super::pixel_set::PixelSet;
-use super::target::{Plan, Trial};
+use super::target::{Budget, Plan, Trial};
 use super::{pixel_sample, trace_pixels};
 use crate::corners::Corners;
 use crate::rise::{Between, Rise, RiseLimits};
@@ -402,12 +402,13 @@ impl Refiner for Lattice {
     ) {
         let gbuffer = frame.gbuffer;
         let top = self.top();
-        self.plan = if self.config.target > 0.0 {
-            Plan::trial(frame.pattern.kind, self.config.error)
+        let edge;
+        (self.plan, edge) = if self.config.target > 0.0 {
+            (Plan::trial(frame.pattern.kind, self.config.error), Budget::new(self.config.target).edge)
         } else {
-            Plan::fixed(frame.pattern, self.config.error)
+            (Plan::fixed(frame.pattern, self.config.error), Budget::NO_EDGE)
         };
-        self.breaks.find(frame, light, &self.config.rise, top);
+        self.breaks.find(frame, light, &self.config.rise, edge, top);
         self.corners.clear();
         self.corners.resize(gbuffer.pixels(), NONE);
         self.wanted.reset(gbuffer.width, gbuffer.height);
