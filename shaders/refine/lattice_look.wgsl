@@ -3,7 +3,8 @@
 
 @compute @workgroup_size(8, 8)
 fn look(@builtin(global_invocation_id) at: vec3<u32>) {
-    if any(at.xy >= level_size(frame.level)) {
+    // Where every pixel is traced there are no coarser cells.
+    if any(at.xy >= level_size(frame.level)) || frame.level > frame.coarsest {
         return;
     }
     let index = cell_index(frame.level, at.xy);

@@ -3,7 +3,7 @@
 
 @compute @workgroup_size(8, 8)
 fn mend(@builtin(global_invocation_id) at: vec3<u32>) {
-    if any(at.xy >= level_size(frame.level)) {
+    if any(at.xy >= level_size(frame.level)) || frame.level > frame.coarsest {
         return;
     }
     let index = cell_index(frame.level, at.xy);

@@ -1,9 +1,12 @@
 // Visible fractions and values of the pixels that have just been traced.
-//@ needs shared/at_hand shared/sums
+//@ needs shared/at_hand shared/noise shared/sums
 //@ writes samples fractions
 
 // What is interpolated: 0 irradiance, 1 the visible fraction.
 override SHADING: u32 = 1u;
+
+// Whether anyone asks how noisy they are.
+override NOISY: bool = false;
 
 @compute @workgroup_size(64)
 fn value(here: Lane) {
@@ -13,7 +16,11 @@ fn value(here: Lane) {
     }
     let pixel = queries[query].pixel;
     let fraction = query_fraction(query);
-    fractions[pixel] = select(bitcast<u32>(fraction) + 1u, 0u, fraction < 0.0);
+    var variance = 0.0;
+    if NOISY {
+        variance = query_noise(query).variance;
+    }
+    fractions[pixel] = vec2(select(bitcast<u32>(fraction) + 1u, 0u, fraction < 0.0), bitcast<u32>(variance));
     var value = fraction;
     if SHADING == 0u {
         value = sums_sampled(query_sums(query));

@@ -3,7 +3,9 @@
 //@ needs shared/cells shared/choice shared/query
 //@ reads samples
 
-// The NMSE₂ that noise may have, the difference that is interpolated over but for noise, and the level of steps: `Budget`.
+// The NMSE₂ to come down to; that which noise may have, the difference that is interpolated over but for noise, and the
+// level of steps: `Budget`.
+override WHOLE_TARGET: f32 = 0.0;
 override NOISE_TARGET: f32 = 0.0;
 override INTERPOLATION: f32 = 0.0;
 override STEP_LEVEL: u32 = 0u;
@@ -65,14 +67,26 @@ fn choose(@builtin(local_invocation_index) lane: u32) {
             noise[side] += noises[other][side];
         }
     }
-    var side = 0u;
-    while side + 1u < SIDES && noise[side] > NOISE_TARGET * energy {
-        side++;
-    }
+    let side = min(side_for(noise, NOISE_TARGET * energy), SIDES - 1u);
+    let every = side_for(noise, WHOLE_TARGET * energy);
     chosen[0] = choice_of(side);
+    // Foliage: what counts there is how many receivers see part of the light, and interpolation saves most of them.
+    if every < SIDES {
+        chosen[0].every = pattern_of(every);
+    }
 }
 
-fn choice_of(side: u32) -> Choice {
+// The least number of samples with no more noise; SIDES where all have more.
+fn side_for(noise: array<f32, SIDES>, most: f32) -> u32 {
+    var noises = noise;
+    var side = 0u;
+    while side < SIDES && noises[side] > most {
+        side++;
+    }
+    return side;
+}
+
+fn pattern_of(side: u32) -> Pattern {
     let columns = LEAST + side;
     let count = columns * columns;
     var stride = (count + 63u) / 64u * 64u;
@@ -83,9 +97,14 @@ fn choice_of(side: u32) -> Choice {
         }
     }
     var scales = SCALES;
-    let pattern =
-        Pattern(frame.pattern.kind, columns, columns, count, (count + 31u) / 32u, stride, vec2(scales[side]));
+    return Pattern(frame.pattern.kind, columns, columns, count, (count + 31u) / 32u, stride, vec2(scales[side]));
+}
+
+fn choice_of(side: u32) -> Choice {
+    let pattern = pattern_of(side);
     // Below the masks' own noise, pixels are no better than what they replace.
-    let deviation = 0.02 * pow(TRIAL / f32(count), 0.75);
-    return Choice(pattern, clamp(max(INTERPOLATION, 2.5 * deviation), 0.01, 0.3), STEP_LEVEL);
+    let deviation = 0.02 * pow(TRIAL / f32(pattern.count), 0.75);
+    var none: Pattern;
+    let error = clamp(max(INTERPOLATION, 2.5 * deviation), 0.01, 0.3);
+    return Choice(pattern, error, STEP_LEVEL, frame.coarsest, none);
 }

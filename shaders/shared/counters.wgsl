@@ -10,7 +10,13 @@ const END: u32 = 2u;
 const TOP: u32 = 3u;
 // Queries that found no room.
 const OVERFLOW: u32 = 4u;
-const TALLY: u32 = 8u;
+// Floats, by their bits: expected squared error, and the image's square.
+const EXPECTED: u32 = 5u;
+const ENERGY: u32 = 6u;
+// Cells that wait to be looked at, and pixels that see something.
+const CELLS_LEFT: u32 = 7u;
+const PIXELS_SEEN: u32 = 8u;
+const TALLY: u32 = 16u;
 const BUCKETS: u32 = 64u;
 // Kinds of tallies: traced to refine, traced for irradiance alone, skipped; samples of each level.
 const SKIPPED: u32 = 2u;

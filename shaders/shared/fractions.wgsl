@@ -1,10 +1,15 @@
-// Visible fractions of pixels: their bits plus one, or 0 where there is none or nobody has asked. Below 0 stands for none.
+// Visible fractions of pixels: their bits plus one, or 0 where there is none or nobody has asked; below 0 stands for none. Then
+// the bits of their expected squared errors.
 //@ needs shared/corners
 //@ reads fractions
 
 fn fraction_at(pixel: u32) -> f32 {
-    let bits = fractions[pixel];
+    let bits = fractions[pixel].x;
     return select(bitcast<f32>(max(bits, 1u) - 1u), -1.0, bits == 0u);
+}
+
+fn variance_at(pixel: u32) -> f32 {
+    return bitcast<f32>(fractions[pixel].y);
 }
 
 fn corner_fractions(corners: Corners) -> vec4<f32> {

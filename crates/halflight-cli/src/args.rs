@@ -142,7 +142,7 @@ pub(crate) struct Choices {
     #[arg(long, default_value = "cpu", value_parser = PossibleValuesParser::new(DEVICES))]
     pub(crate) device: String,
     /// NMSE₂ to come down to: the lattice with as many light samples and as fine cells as that takes. What is to be expected
-    /// is among the statistics [default: 1e-4, unless a device, stages, samples or a configuration are chosen].
+    /// is among the statistics [default: 1e-4, unless stages, samples or a configuration are chosen].
     #[arg(long, value_name = "NMSE2", value_parser = target, conflicts_with_all = ["refiner", "upsampler", "shading", "samples"])]
     pub(crate) error: Option<f32>,
     /// Interpolate only where it is proved that no thin shadow is missed. The lattice with a backend that proves things:

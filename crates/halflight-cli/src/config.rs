@@ -88,7 +88,7 @@ fn is_plain(choices: &Choices) -> bool {
     let chosen = [refiner, upsampler, shading, pattern].into_iter().any(Option::is_some);
     let exact = matches!(choices.visibility.as_deref(), None | Some("bvh" | "beam" | "auto"));
     let none = error.is_none() && !certify && !chosen && samples.is_none();
-    none && exact && choices.device == "cpu" && config.is_none() && settings.is_empty()
+    none && exact && config.is_none() && settings.is_empty()
 }
 
 /// A configuration file: JSON by its ending, TOML otherwise.

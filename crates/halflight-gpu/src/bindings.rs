@@ -75,10 +75,12 @@ slots! {
     Trusts: trusts = "array<f32>",
     /// What parts neighbouring pixels, level by level.
     Breaks: breaks = "array<u32>",
-    /// Visible fractions of pixels.
-    Fractions: fractions = "array<u32>",
+    /// Visible fractions of pixels, and their noise.
+    Fractions: fractions = "array<vec2<u32>>",
     /// What an error target takes.
     Chosen: chosen = "array<Choice>",
+    /// Sums over tiles.
+    Sums: sums = "array<f32>",
     /// Queries that are left to rays, behind their number.
     Spilled: spilled = "array<atomic<u32>>",
     /// Triangles and receivers by cell, to fill.

@@ -8,8 +8,12 @@ use crate::refine::Choice;
 use crate::scene::SceneBuffers;
 
 /// Counters before the tallies, and buckets of each: `shaders/shared/counters.wgsl`.
-pub(crate) const TALLY: usize = 8;
+pub(crate) const TALLY: usize = 16;
 pub(crate) const BUCKETS: usize = 64;
+
+/// Counters that hold the bits of floats: expected squared error, and the image's square.
+pub(crate) const EXPECTED: usize = 5;
+pub(crate) const ENERGY: usize = 6;
 
 /// Kinds of tallies: rays to refine, for irradiance alone and skipped, and samples of each level.
 const TALLIES: usize = 3 + frame::LEVELS;
@@ -61,6 +65,8 @@ pub(crate) struct Size {
     pub(crate) fractions: u32,
     /// Choices of an error target.
     pub(crate) choices: u32,
+    /// Tiles whose pixels are added up.
+    pub(crate) tiles: u32,
 }
 
 /// Buffers and textures of a size.
@@ -96,6 +102,7 @@ pub(crate) struct Buffers {
     pub(crate) breaks: wgpu::Buffer,
     pub(crate) fractions: wgpu::Buffer,
     pub(crate) chosen: wgpu::Buffer,
+    pub(crate) sums: wgpu::Buffer,
     pub(crate) plane: wgpu::Buffer,
     pub(crate) image: wgpu::Buffer,
     scene: SceneBuffers,
@@ -228,8 +235,9 @@ impl Buffers {
             voxels: buffer("voxels", 4 * size.voxels, storage)?,
             large: buffer("large triangles", 4 * (1 + size.large), storage)?,
             breaks: buffer("breaks", 4 * u64::from(size.breaks), storage)?,
-            fractions: buffer("visible fractions", 4 * u64::from(size.fractions), storage)?,
+            fractions: buffer("visible fractions", 8 * u64::from(size.fractions), storage)?,
             chosen: buffer("choices", size_of::<Choice>() as u64 * u64::from(size.choices), storage)?,
+            sums: buffer("sums over tiles", 4 * u64::from(size.tiles), storage)?,
             plane: buffer("values of pixels", 4 * pixels, storage)?,
             image: buffer("image", 16 * pixels, storage)?,
             scene: scene.clone(),
@@ -267,6 +275,7 @@ impl Buffers {
             Slot::Breaks => &self.breaks,
             Slot::Fractions => &self.fractions,
             Slot::Chosen => &self.chosen,
+            Slot::Sums => &self.sums,
             Slot::Plane => &self.plane,
             Slot::Image => &self.image,
             Slot::Nodes => &self.scene.nodes,

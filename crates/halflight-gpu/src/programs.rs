@@ -51,6 +51,11 @@ programs! {
     LATTICE_MEND: "lattice: mend" = mend in "refine/lattice_mend";
     TARGET_SHOW: "error target: show" = show in "refine/target_show";
     TARGET_CHOOSE: "error target: choose" = choose in "refine/target_choose";
+    TARGET_COUNT: "error target: count" = count in "refine/target_count";
+    TARGET_DECIDE: "error target: decide" = decide in "refine/target_decide";
+    TARGET_EXPECT: "error target: expect" = expect in "refine/target_expect";
+    TARGET_ENERGY: "error target: measure" = measure in "refine/target_energy";
+    TARGET_SUM: "error target: sum" = sum in "refine/target_sum";
     OWNERS: "owners" = own in "owners";
 
     COPY: "copy" = copy in "upsample/copy";

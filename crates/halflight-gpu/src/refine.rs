@@ -160,7 +160,7 @@ impl Refine {
                     gather: stage(programs::BREAKS_GATHER, &[])?,
                     look: stage(programs::LATTICE_LOOK, &[])?,
                     ask: stage(programs::LATTICE_ASK, &[])?,
-                    value: stage(programs::LATTICE_VALUE, &[shading])?,
+                    value: stage(programs::LATTICE_VALUE, &[shading, ("NOISY", flag(target.is_some()))])?,
                     judge: stage(programs::LATTICE_JUDGE, &[])?,
                     mend: stage(programs::LATTICE_MEND, &[])?,
                     owners: stage(programs::OWNERS, &[("COUNTED", 0.0)])?,
@@ -183,8 +183,7 @@ impl Refine {
 
     /// Uniforms of a light: one a level, and one of a trial.
     pub(crate) fn uniforms(&self) -> u32 {
-        let trial = matches!(self, Self::Lattice(lattice) if lattice.target.is_some());
-        self.coarsest() + 1 + u32::from(trial)
+        self.coarsest() + 1 + u32::from(self.expects())
     }
 
     /// What its buffers take for an image of this size.
@@ -227,6 +226,7 @@ impl Refine {
                 words: u64::from(cells(0))
                     * if lattice.target.is_some() { Target::WORDS.into() } else { words },
                 choices: lattice.target.is_some().into(),
+                tiles: if lattice.target.is_some() { width.div_ceil(8) * height.div_ceil(8) } else { 0 },
                 samples: cells(0),
                 pyramid: 0,
                 breaks: all,
@@ -287,6 +287,20 @@ impl Refine {
             Self::Lattice(lattice) => return lattice.record(recorder, tracer, first, self.coarsest()),
         }
         recorder.run(&tracer.irradiance, Timed::Irradiance, first, Groups::AllQueries);
+    }
+
+    /// Records what is done once the image is there.
+    pub(crate) fn finish(&self, recorder: &mut Recorder) {
+        if let Self::Lattice(lattice) = self
+            && let Some(target) = &lattice.target
+        {
+            target.measure(recorder);
+        }
+    }
+
+    /// Whether it says what error is to be expected.
+    pub(crate) fn expects(&self) -> bool {
+        matches!(self, Self::Lattice(lattice) if lattice.target.is_some())
     }
 
     /// All stages, to bind.
@@ -421,31 +435,39 @@ impl Lattice {
             recorder.run(&self.gather, Timed::Refine, first + level, Groups::Tiles(level));
         }
         if let Some(target) = &self.target {
-            target.record(recorder, tracer, &self.look, first, coarsest);
+            target.try_out(recorder, tracer, &self.look, first, coarsest);
             recorder.encoder.clear_buffer(&recorder.buffers.cells, 0, None);
             recorder.clear_queries();
         }
-        self.descend(recorder, tracer, first, coarsest);
+        for level in (0..=coarsest).rev() {
+            self.settle(recorder, tracer, first, level);
+            if let Some(target) = self.target.as_ref().filter(|_| level > 0) {
+                target.decide(recorder, first, level - 1, coarsest);
+            }
+        }
         for _ in 0..ROUNDS {
             for level in 1..=coarsest {
                 recorder.run(&self.mend, Timed::Refine, first + level, Groups::Tiles(level));
             }
             // Children of what was split; the coarsest cells have no parents.
-            self.descend(recorder, tracer, first, coarsest.saturating_sub(1));
+            for level in (0..coarsest.max(1)).rev() {
+                self.settle(recorder, tracer, first, level);
+            }
         }
         recorder.run(&self.owners, Timed::Refine, first, Groups::Tiles(0));
+        if let Some(target) = &self.target {
+            target.expect(recorder, first);
+        }
     }
 
-    /// Looks at all pending cells of a level and the finer ones.
-    fn descend(&self, recorder: &mut Recorder, tracer: &Tracer, first: u32, from: u32) {
-        for level in (0..=from).rev() {
-            let frame = first + level;
-            recorder.run(&self.look, Timed::Refine, frame, Groups::Tiles(level));
-            recorder.run(&self.ask, Timed::Refine, frame, Groups::Corners(level));
-            tracer.count(recorder, frame);
-            tracer.trace(recorder, frame, level == 0);
-            recorder.run(&self.value, Timed::Irradiance, frame, Groups::Queries);
-            recorder.run(&self.judge, Timed::Refine, frame, Groups::Tiles(level));
-        }
+    /// Keeps or splits all pending cells of a level.
+    fn settle(&self, recorder: &mut Recorder, tracer: &Tracer, first: u32, level: u32) {
+        let frame = first + level;
+        recorder.run(&self.look, Timed::Refine, frame, Groups::Tiles(level));
+        recorder.run(&self.ask, Timed::Refine, frame, Groups::Corners(level));
+        tracer.count(recorder, frame);
+        tracer.trace(recorder, frame, level == 0);
+        recorder.run(&self.value, Timed::Irradiance, frame, Groups::Queries);
+        recorder.run(&self.judge, Timed::Refine, frame, Groups::Tiles(level));
     }
 }

@@ -298,6 +298,7 @@ impl Renderer {
             stages.upsample.record(&mut recorder, first, coarsest);
             recorder.run(&stages.compose, Timed::Compose, first, Groups::Tiles(0));
         }
+        stages.refine.finish(&mut recorder);
         Ok(())
     }
 
@@ -322,7 +323,8 @@ impl Renderer {
 
     /// Records what it takes to read the statistics of the frame recorded last.
     pub fn read_stats(&self, encoder: &mut wgpu::CommandEncoder) -> PendingStats {
-        PendingStats::record(&self.device, encoder, &self.buffers.counters, self.clock.as_ref())
+        let expects = self.stages.refine.expects();
+        PendingStats::record(&self.device, encoder, &self.buffers.counters, self.clock.as_ref(), expects)
     }
 
     fn bind(&mut self) {

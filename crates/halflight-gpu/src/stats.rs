@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use halflight_core::stats::{FrameStats, StageTimes};
 
 use crate::GpuError;
-use crate::buffers::{BUCKETS, TALLY};
+use crate::buffers::{BUCKETS, ENERGY, EXPECTED, TALLY};
 use crate::error::caught;
 use crate::frame::LEVELS;
 
@@ -98,6 +98,7 @@ pub struct PendingStats {
     times: Option<wgpu::Buffer>,
     passes: Vec<Timed>,
     period: f32,
+    expects: bool,
 }
 
 impl PendingStats {
@@ -106,6 +107,7 @@ impl PendingStats {
         encoder: &mut wgpu::CommandEncoder,
         counters: &wgpu::Buffer,
         clock: Option<&Clock>,
+        expects: bool,
     ) -> Self {
         let staging = |size: u64| {
             device.create_buffer(&wgpu::BufferDescriptor {
@@ -131,6 +133,7 @@ impl PendingStats {
             times,
             passes: clock.map_or_else(Vec::new, |clock| clock.passes.clone()),
             period: clock.map_or(0.0, |clock| clock.period),
+            expects,
         }
     }
 
@@ -179,6 +182,10 @@ impl PendingStats {
         frame.fragments.total = frame.fragments.per_level.iter().sum();
         (frame.rays.refine, frame.rays.last, frame.rays.skipped) = (tally(0), tally(1), tally(2));
         frame.rays.total = frame.rays.refine + frame.rays.last;
+        if self.expects {
+            let [error, energy] = [EXPECTED, ENERGY].map(|place| f64::from(f32::from_bits(counters[place])));
+            frame.expected_nmse2 = Some(if energy > 0.0 { error / energy } else { 0.0 });
+        }
         if let Some(times) = &self.times {
             let view = times.slice(..).get_mapped_range().map_err(failed)?;
             let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&view);

@@ -59,6 +59,13 @@ impl Budget {
     /// Most samples along one side of the light that every receiver is asked for at once.
     pub const ONCE: u16 = ONCE;
 
+    /// Share of the receivers in cells of a level, from 0 on, that are still to be looked at, from which on all are traced: the
+    /// finer levels and what they have to remember cost more than they save, and what is small enough to tear up so much of
+    /// the image is missed between corners as well. Of the pixels of the finer of the two levels some four fifths get masks in
+    /// the end. Chosen on atrium, nave, toys, church, tower and tree at 640 × 480: the church has 0.59 and 0.84 or more, the
+    /// others up to 0.50 and 0.72.
+    pub const DENSE: [Option<f32>; 3] = [None, Some(0.54), Some(0.77)];
+
     /// The shares of an NMSE₂.
     pub fn new(target: f32) -> Self {
         let target = f64::from(target);
@@ -141,21 +148,13 @@ impl Plan {
         }
     }
 
-    /// Share of the receivers in cells of this level that are still to be looked at, from which on all are traced: the finer
-    /// levels and what they have to remember cost more than they save, and what is small enough to tear up so much of the
-    /// image is missed between corners as well. Of the pixels of the finer of the two levels some four fifths get masks in the end.
-    /// Chosen on atrium, nave, toys, church, tower and tree at 640 × 480: the church has 0.59 and 0.84 or more, the others up to
-    /// 0.50 and 0.72.
+    /// The share of [`Budget::DENSE`], where it counts.
     pub(super) fn dense_share(&self, level: u8) -> Option<f32> {
         // Foliage: what counts there is how many receivers see part of the light, and interpolation saves most of them.
         if self.every.columns > ONCE {
             return None;
         }
-        match level {
-            1 => Some(0.54),
-            2 => Some(0.77),
-            _ => None,
-        }
+        Budget::DENSE.get(usize::from(level)).copied().flatten()
     }
 
     /// The same without interpolation. Receivers are asked twice only where that saves more than it costs.

@@ -8,6 +8,7 @@ use halflight_cpu::refine::Budget;
 
 use super::Tracer;
 use crate::GpuError;
+use crate::buffers::{ENERGY, EXPECTED};
 use crate::frame::{Frame, GpuPattern};
 use crate::programs;
 use crate::recorder::{Groups, Recorder};
@@ -21,14 +22,23 @@ pub(crate) struct Choice {
     pub(crate) pattern: GpuPattern,
     pub(crate) error: f32,
     pub(crate) step_level: u32,
+    pub(crate) coarsest: u32,
+    padding: u32,
+    pub(crate) every: GpuPattern,
 }
 
-/// Passes of a trial.
+/// Passes that choose, and that say what is to be expected.
 #[derive(Debug)]
 pub(super) struct Target {
     ask: Stage,
     show: Stage,
     choose: Stage,
+    count: Stage,
+    decide: Stage,
+    expect: Stage,
+    sum_expected: Stage,
+    measure: Stage,
+    sum_energy: Stage,
 }
 
 impl Target {
@@ -38,12 +48,26 @@ impl Target {
 
     pub(super) fn new(compiler: &Compiler, target: f32) -> Result<Self, GpuError> {
         let Budget { noise, interpolation, step_level, .. } = Budget::new(target);
-        let constants =
-            [("NOISE_TARGET", noise), ("INTERPOLATION", interpolation), ("STEP_LEVEL", step_level.into())];
+        let constants = [
+            ("WHOLE_TARGET", target.into()),
+            ("NOISE_TARGET", noise),
+            ("INTERPOLATION", interpolation),
+            ("STEP_LEVEL", step_level.into()),
+        ];
+        // More than all are never left.
+        let share = |level: usize| f64::from(Budget::DENSE[level].unwrap_or(2.0));
+        let sum = |counter: usize| compiler.stage(programs::TARGET_SUM, &[("COUNTER", counter as f64)]);
         Ok(Self {
             ask: compiler.stage(programs::LATTICE_ASK, &[("COUNTED", 0.0)])?,
             show: compiler.stage(programs::TARGET_SHOW, &[])?,
             choose: compiler.stage(programs::TARGET_CHOOSE, &constants)?,
+            count: compiler.stage(programs::TARGET_COUNT, &[])?,
+            decide: compiler
+                .stage(programs::TARGET_DECIDE, &[("SHARE_1", share(1)), ("SHARE_2", share(2))])?,
+            expect: compiler.stage(programs::TARGET_EXPECT, &[])?,
+            sum_expected: sum(EXPECTED)?,
+            measure: compiler.stage(programs::TARGET_ENERGY, &[])?,
+            sum_energy: sum(ENERGY)?,
         })
     }
 
@@ -54,7 +78,7 @@ impl Target {
 
     /// Tries, chooses, and writes what is chosen into the uniforms of the levels, which begin at `first`; the trial's is behind
     /// them.
-    pub(super) fn record(
+    pub(super) fn try_out(
         &self,
         recorder: &mut Recorder,
         tracer: &Tracer,
@@ -69,6 +93,33 @@ impl Target {
         tracer.trace(recorder, trial, false);
         recorder.run(&self.show, Timed::Refine, trial, Groups::Queries);
         recorder.run(&self.choose, Timed::Refine, trial, Groups::Count(1));
+        Self::adopt(recorder, first, coarsest);
+    }
+
+    /// Goes over to every pixel where so many cells of a level are left that it does not pay to look at them.
+    pub(super) fn decide(&self, recorder: &mut Recorder, first: u32, level: u32, coarsest: u32) {
+        if Budget::DENSE.get(level as usize).copied().flatten().is_none() {
+            return;
+        }
+        recorder.run(&self.count, Timed::Refine, first + level, Groups::Tiles(level));
+        recorder.run(&self.decide, Timed::Refine, first + level, Groups::Count(1));
+        Self::adopt(recorder, first, coarsest);
+    }
+
+    /// Adds up what is to be expected of a light.
+    pub(super) fn expect(&self, recorder: &mut Recorder, first: u32) {
+        recorder.run(&self.expect, Timed::Refine, first, Groups::Tiles(0));
+        recorder.run(&self.sum_expected, Timed::Refine, first, Groups::Count(1));
+    }
+
+    /// And what that is held against, once the image is there.
+    pub(super) fn measure(&self, recorder: &mut Recorder) {
+        recorder.run(&self.measure, Timed::Compose, 0, Groups::Tiles(0));
+        recorder.run(&self.sum_energy, Timed::Compose, 0, Groups::Count(1));
+    }
+
+    /// Writes what is chosen into the uniforms of the levels.
+    fn adopt(recorder: &mut Recorder, first: u32, coarsest: u32) {
         let buffers = recorder.buffers;
         // Error and level of steps are neighbours in both.
         const { assert!(offset_of!(Choice, step_level) == offset_of!(Choice, error) + 4) };
@@ -76,6 +127,7 @@ impl Target {
         for (from, to, bytes) in [
             (offset_of!(Choice, pattern), offset_of!(Frame, pattern), size_of::<GpuPattern>()),
             (offset_of!(Choice, error), offset_of!(Frame, error), 8),
+            (offset_of!(Choice, coarsest), offset_of!(Frame, coarsest), 4),
         ] {
             for level in first..=first + coarsest {
                 let slot = u64::from(level * buffers.frame_stride);
@@ -90,7 +142,8 @@ impl Target {
         }
     }
 
-    pub(super) fn stages(&mut self) -> [&mut Stage; 3] {
-        [&mut self.ask, &mut self.show, &mut self.choose]
+    pub(super) fn stages(&mut self) -> [&mut Stage; 9] {
+        let Self { ask, show, choose, count, decide, expect, sum_expected, measure, sum_energy } = self;
+        [ask, show, choose, count, decide, expect, sum_expected, measure, sum_energy]
     }
 }

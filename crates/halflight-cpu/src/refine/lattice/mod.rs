@@ -313,7 +313,8 @@ impl Lattice {
         let Some(share) = self.plan.dense_share(level) else {
             return false;
         };
-        let left = self.pending[usize::from(level)].len() << (2 * level);
+        let inside = |cell: &&Square| cell.x << level < gbuffer.width && cell.y << level < gbuffer.height;
+        let left = self.pending[usize::from(level)].iter().filter(inside).count() << (2 * level);
         let receivers = gbuffer.primitive.par_iter().filter(|&&triangle| triangle != NO_PRIMITIVE).count();
         left as f32 > share * receivers as f32
     }

@@ -1,0 +1,22 @@
+// Sums over tiles of 8 × 8 pixels, a workgroup each, in one order.
+//@ writes sums
+
+var<workgroup> tile_shares: array<f32, 64>;
+
+// Sets what the tile adds up to. All of a workgroup must call it, once.
+fn add_up(lane: u32, workgroup: vec3<u32>, share: f32) {
+    tile_shares[lane] = share;
+    workgroupBarrier();
+    if lane > 0u {
+        return;
+    }
+    var sum = 0.0;
+    for (var other = 0u; other < 64u; other++) {
+        sum += tile_shares[other];
+    }
+    sums[workgroup.y * ((frame.width + 7u) / 8u) + workgroup.x] = sum;
+}
+
+fn luminance(rgb: vec3<f32>) -> f32 {
+    return dot3(rgb, vec3(0.2126, 0.7152, 0.0722));
+}
