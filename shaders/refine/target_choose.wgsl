@@ -3,12 +3,10 @@
 //@ needs shared/cells shared/choice shared/query
 //@ reads samples
 
-// The NMSE₂ to come down to; that which noise may have, the difference that is interpolated over but for noise, and the
-// level of steps: `Budget`.
+// The NMSE₂ to come down to; that which noise may have, and the difference that is interpolated over but for noise: `Budget`.
 override WHOLE_TARGET: f32 = 0.0;
 override NOISE_TARGET: f32 = 0.0;
 override INTERPOLATION: f32 = 0.0;
-override STEP_LEVEL: u32 = 0u;
 
 // Samples along one side of the light, fewest and most, and in a trial.
 const LEAST: u32 = 4u;
@@ -70,7 +68,7 @@ fn choose(@builtin(local_invocation_index) lane: u32) {
     let side = min(side_for(noise, NOISE_TARGET * energy), SIDES - 1u);
     let every = side_for(noise, WHOLE_TARGET * energy);
     chosen[0] = choice_of(side);
-    // Foliage: what counts there is how many receivers see part of the light, and interpolation saves most of them.
+    // Not in foliage: what counts there is how many receivers see part of the light, and interpolation saves most of them.
     if every < SIDES {
         chosen[0].every = pattern_of(every);
     }
@@ -106,5 +104,5 @@ fn choice_of(side: u32) -> Choice {
     let deviation = 0.02 * pow(TRIAL / f32(pattern.count), 0.75);
     var none: Pattern;
     let error = clamp(max(INTERPOLATION, 2.5 * deviation), 0.01, 0.3);
-    return Choice(pattern, error, STEP_LEVEL, frame.coarsest, none);
+    return Choice(pattern, error, frame.coarsest, none);
 }

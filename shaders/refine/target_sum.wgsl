@@ -1,6 +1,6 @@
 // Adds what all tiles have to a counter that holds a float. One workgroup does it, in one order.
 //@ needs shared/counters
-//@ reads sums
+//@ reads tile_sums
 
 override COUNTER: u32 = EXPECTED;
 
@@ -11,7 +11,7 @@ fn sum(@builtin(local_invocation_index) lane: u32) {
     let tiles = (vec2(frame.width, frame.height) + 7u) / 8u;
     var part = 0.0;
     for (var tile = lane; tile < tiles.x * tiles.y; tile += 64u) {
-        part += sums[tile];
+        part += tile_sums[tile];
     }
     parts[lane] = part;
     workgroupBarrier();

@@ -5,7 +5,6 @@
 struct Choice {
     pattern: Pattern,
     error: f32,
-    step_level: u32,
     // The coarsest level of cells: 0 where every pixel is traced.
     coarsest: u32,
     // What would be taken for every pixel; no samples where that is never done.

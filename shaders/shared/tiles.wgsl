@@ -1,5 +1,5 @@
 // Sums over tiles of 8 × 8 pixels, a workgroup each, in one order.
-//@ writes sums
+//@ writes tile_sums
 
 var<workgroup> tile_shares: array<f32, 64>;
 
@@ -14,7 +14,7 @@ fn add_up(lane: u32, workgroup: vec3<u32>, share: f32) {
     for (var other = 0u; other < 64u; other++) {
         sum += tile_shares[other];
     }
-    sums[workgroup.y * ((frame.width + 7u) / 8u) + workgroup.x] = sum;
+    tile_sums[workgroup.y * ((frame.width + 7u) / 8u) + workgroup.x] = sum;
 }
 
 fn luminance(rgb: vec3<f32>) -> f32 {

@@ -42,21 +42,25 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 /// Frames until all buffers have their sizes. The third needs none, but for threads that had nothing to do so far: which they are
-/// depends on the clock, so that any of these may be the one that asks for nothing.
+/// depends on the clock.
 const WARM: usize = 20;
 
-/// Renders until buffers have their sizes and a frame asks for none; returns the peak of bytes held.
+/// Frames in a row that ask for nothing once they have.
+const STILL: usize = 3;
+
+/// Renders until buffers have their sizes and frames ask for none; returns the peak of bytes held.
 fn render_warm(stage: &Stage, config: &PipelineConfig, what: &str) -> u64 {
     let mut pipeline = config.builder(stage.scene.clone(), stage.bvh.clone()).build().unwrap();
-    let (mut asked, mut peak_bytes) = (usize::MAX, 0);
+    let (mut asked, mut still, mut peak_bytes) = (0, 0, 0);
     let mut frames = 0..WARM;
-    while asked > 0 && frames.next().is_some() {
+    while still < STILL && frames.next().is_some() {
         pipeline.set_frame_index(0);
         let before = LARGE_BYTES.load(Ordering::Relaxed);
         peak_bytes = pipeline.render().unwrap().stats.peak_bytes;
         asked = LARGE_BYTES.load(Ordering::Relaxed) - before;
+        still = if asked == 0 { still + 1 } else { 0 };
     }
-    assert_eq!(asked, 0, "{what}: warm frames ask for {asked} bytes");
+    assert_eq!(still, STILL, "{what}: warm frames ask for {asked} bytes");
     peak_bytes
 }
 

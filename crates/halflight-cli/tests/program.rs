@@ -383,6 +383,7 @@ fn graphics_devices_render_what_the_processor_does() {
         place.good(&format!("{plain} --out {device}-plain.exr --stats {device}.json"));
     }
     let expected = ["gpu.json", "cpu.json"].map(|name| json(&place.path(name))["expected_nmse2"].as_f64());
+    // What is rasterized differs by pixels at outlines, of which an image as small as this has many.
     let [Some(found), Some(expected)] = expected else { panic!("{expected:?}") };
     assert!(found > 0.8 * expected && found < 1.25 * expected, "{found} {expected}");
     let error: Value =

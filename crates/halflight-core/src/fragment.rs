@@ -110,6 +110,11 @@ impl Fragments {
         (self.used - 1) as u16
     }
 
+    /// All batches opened this frame.
+    pub fn batches(&self) -> &[MaskBatch] {
+        &self.batches[..self.used]
+    }
+
     /// A batch opened this frame.
     pub fn batch(&self, index: u16) -> &MaskBatch {
         &self.batches[usize::from(index)]

@@ -80,7 +80,7 @@ slots! {
     /// What an error target takes.
     Chosen: chosen = "array<Choice>",
     /// Sums over tiles.
-    Sums: sums = "array<f32>",
+    Sums: tile_sums = "array<f32>",
     /// Queries that are left to rays, behind their number.
     Spilled: spilled = "array<atomic<u32>>",
     /// Triangles and receivers by cell, to fill.

@@ -6,7 +6,7 @@ use halflight_core::pattern::Pattern;
 use halflight_core::pyramid::MAX_LEVEL;
 use halflight_cpu::config::{PipelineConfig, RefinerConfig};
 use halflight_cpu::irradiance::Shading;
-use halflight_cpu::refine::{Budget, GeometryThresholds, LatticeConfig, NicholsConfig, SfvtGassConfig};
+use halflight_cpu::refine::{GeometryThresholds, LatticeConfig, NicholsConfig, SfvtGassConfig, Steps};
 
 use crate::GpuError;
 use crate::buffers::Size;
@@ -152,8 +152,7 @@ impl Refine {
                 }
                 let target =
                     (config.target > 0.0).then(|| Target::new(compiler, config.target)).transpose()?;
-                let edge =
-                    if config.target > 0.0 { Budget::new(config.target).edge } else { Budget::NO_EDGE };
+                let edge = Steps::new(config.target).edge;
                 Ok(Self::Lattice(Box::new(Lattice {
                     config,
                     breaks: stage(programs::BREAKS, &[("EDGE", edge.into())])?,
@@ -416,11 +415,10 @@ impl SfvtGass {
 
 impl Lattice {
     fn frame(&self, frame: Frame) -> Frame {
-        let LatticeConfig { error, rise, .. } = self.config;
+        let LatticeConfig { error, target, rise, .. } = self.config;
         Frame {
             error,
-            // As on the CPU: thin things have no corner in larger cells.
-            step_level: 2,
+            step_level: Steps::new(target).level.into(),
             rise_sine: rise.crease_deg.to_radians().sin(),
             rise_footprint: rise.step_px * frame.rise_footprint,
             ..frame

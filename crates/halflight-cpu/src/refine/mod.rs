@@ -15,7 +15,7 @@ pub use full::Full;
 pub use lattice::{Lattice, LatticeConfig};
 pub use nichols::{Nichols, NicholsConfig};
 pub use sfvt_gass::{SfvtGass, SfvtGassConfig};
-pub use target::Budget;
+pub use target::{Budget, Steps};
 
 pub use crate::rise::RiseLimits;
 

@@ -42,17 +42,38 @@ pub struct Budget {
     pub noise: f64,
     /// Difference of the visible fraction that is interpolated over, before noise and bounds.
     pub interpolation: f64,
-    /// Coarsest level at which steps are interpolated along.
-    pub step_level: u8,
-    /// Cosine of the turn from which convex edges are taken for steps. Where parts meet at an edge there are grooves that
-    /// are finer than a pixel and shade single ones, for which small targets leave no room.
+}
+
+/// What is taken for a step, and where steps are interpolated along.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Steps {
+    /// Coarsest level of cells across a step that are kept.
+    pub level: u8,
+    /// Cosine of the turn from which convex edges are taken for steps; below -1 for none. Where parts meet at an edge there
+    /// are grooves that are finer than a pixel and shade single ones, for which small targets leave no room.
     pub edge: f32,
 }
 
-impl Budget {
-    /// Convex edges are no steps.
-    pub const NO_EDGE: f32 = -2.0;
+impl Steps {
+    /// Those of an error target, or of a fixed error where it is 0.
+    pub fn new(target: f32) -> Self {
+        let target = f64::from(target);
+        let unseen = |&level: &usize| target <= 0.0 || UNSEEN[level] <= target / 3.0;
+        match (0..UNSEEN.len()).rev().find(unseen) {
+            Some(level) => Self { level: level as u8, edge: -2.0 },
+            None => Self { level: 0, edge: EDGE },
+        }
+    }
+}
 
+/// Cells of 4 × 4 pixels: thin things have no corner in larger ones.
+impl Default for Steps {
+    fn default() -> Self {
+        Self::new(0.0)
+    }
+}
+
+impl Budget {
     /// Samples along one side of the light in a trial.
     pub const TRIAL: u16 = FIRST;
 
@@ -69,13 +90,9 @@ impl Budget {
     /// The shares of an NMSE₂.
     pub fn new(target: f32) -> Self {
         let target = f64::from(target);
-        let unseen = |&level: &usize| UNSEEN[level] <= target / 3.0;
-        let step_level = (0..UNSEEN.len()).rev().find(unseen);
         Self {
             noise: NOISE_SHARE * target,
             interpolation: ((1.0 - NOISE_SHARE) * target / INTERPOLATION).sqrt(),
-            step_level: step_level.unwrap_or(0) as u8,
-            edge: if step_level.is_none() { EDGE } else { Self::NO_EDGE },
         }
     }
 
@@ -96,16 +113,12 @@ pub(super) struct Plan {
     pub(super) full: Pattern,
     /// Difference of the visible fraction that is interpolated over.
     pub(super) error: f32,
-    /// Coarsest level at which steps are interpolated along.
-    pub(super) step_level: u8,
     /// Samples for every receiver where nothing is interpolated.
     every: Pattern,
 }
 
-/// Coarsest level at which steps are interpolated along: cells of 4 × 4 pixels. Thin things have no corner in larger ones.
-const STEP_LEVEL: u8 = 2;
-
-/// What steps hide from their cells' corners, as an NMSE₂, by the level of these; measured on the halls.
+/// What steps hide from their cells' corners, as an NMSE₂, by the level of these; measured on the halls. Coarser ones are never
+/// kept.
 const UNSEEN: [f64; 3] = [0.5e-5, 1e-5, 3e-5];
 
 /// Cosine of the turn at an edge: 37°. Round things turn less from pixel to pixel.
@@ -121,7 +134,7 @@ impl Default for Plan {
 impl Plan {
     /// The same samples for all.
     pub(super) fn fixed(pattern: Pattern, error: f32) -> Self {
-        Self { first: pattern, full: pattern, error, step_level: STEP_LEVEL, every: pattern }
+        Self { first: pattern, full: pattern, error, every: pattern }
     }
 
     /// Samples of a trial, from which the rest is judged.
@@ -143,7 +156,6 @@ impl Plan {
             first: square(kind, if side <= ONCE { side } else { FIRST }),
             full: square(kind, side),
             error: budget.error(side),
-            step_level: budget.step_level,
             every: square(kind, side_for(f64::from(target))),
         }
     }
@@ -360,8 +372,9 @@ mod tests {
         let torn: Vec<Trial> = trial.iter().map(|one| Trial { torn: 0.5, ..*one }).collect();
         assert!(Plan::reach(1e-5, PatternKind::Jittered, &torn).full.len() > reach(1e-5).full.len());
         // Edges are steps where even pixels at steps are too much.
-        assert!([1e-3, 1e-4, 3e-5].iter().all(|&target| Budget::new(target).edge < -1.0));
-        assert_eq!((Budget::new(1e-5).edge, Budget::new(1e-5).step_level), (EDGE, 0));
+        assert!([0.0, 1e-3, 1e-4, 3e-5].iter().all(|&target| Steps::new(target).edge < -1.0));
+        assert_eq!([0.0, 1e-4, 3e-5, 1.6e-5].map(|target| Steps::new(target).level), [2, 2, 1, 0]);
+        assert_eq!(Steps::new(1e-5), Steps { level: 0, edge: EDGE });
         // Darkness takes nothing.
         assert_eq!(Plan::reach(1e-4, PatternKind::Jittered, &[]).full.len(), 16);
     }

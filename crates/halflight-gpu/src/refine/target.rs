@@ -21,9 +21,7 @@ use crate::stats::Timed;
 pub(crate) struct Choice {
     pub(crate) pattern: GpuPattern,
     pub(crate) error: f32,
-    pub(crate) step_level: u32,
     pub(crate) coarsest: u32,
-    padding: u32,
     pub(crate) every: GpuPattern,
 }
 
@@ -47,23 +45,17 @@ impl Target {
     pub(super) const WORDS: u32 = (Budget::ONCE as u32 * Budget::ONCE as u32).div_ceil(32);
 
     pub(super) fn new(compiler: &Compiler, target: f32) -> Result<Self, GpuError> {
-        let Budget { noise, interpolation, step_level, .. } = Budget::new(target);
-        let constants = [
-            ("WHOLE_TARGET", target.into()),
-            ("NOISE_TARGET", noise),
-            ("INTERPOLATION", interpolation),
-            ("STEP_LEVEL", step_level.into()),
-        ];
-        // More than all are never left.
-        let share = |level: usize| f64::from(Budget::DENSE[level].unwrap_or(2.0));
+        let Budget { noise, interpolation } = Budget::new(target);
+        let constants =
+            [("WHOLE_TARGET", target.into()), ("NOISE_TARGET", noise), ("INTERPOLATION", interpolation)];
+        let [_, one, two] = Budget::DENSE.map(|share| f64::from(share.unwrap_or(f32::MAX)));
         let sum = |counter: usize| compiler.stage(programs::TARGET_SUM, &[("COUNTER", counter as f64)]);
         Ok(Self {
             ask: compiler.stage(programs::LATTICE_ASK, &[("COUNTED", 0.0)])?,
             show: compiler.stage(programs::TARGET_SHOW, &[])?,
             choose: compiler.stage(programs::TARGET_CHOOSE, &constants)?,
             count: compiler.stage(programs::TARGET_COUNT, &[])?,
-            decide: compiler
-                .stage(programs::TARGET_DECIDE, &[("SHARE_1", share(1)), ("SHARE_2", share(2))])?,
+            decide: compiler.stage(programs::TARGET_DECIDE, &[("SHARE_1", one), ("SHARE_2", two)])?,
             expect: compiler.stage(programs::TARGET_EXPECT, &[])?,
             sum_expected: sum(EXPECTED)?,
             measure: compiler.stage(programs::TARGET_ENERGY, &[])?,
@@ -121,12 +113,9 @@ impl Target {
     /// Writes what is chosen into the uniforms of the levels.
     fn adopt(recorder: &mut Recorder, first: u32, coarsest: u32) {
         let buffers = recorder.buffers;
-        // Error and level of steps are neighbours in both.
-        const { assert!(offset_of!(Choice, step_level) == offset_of!(Choice, error) + 4) };
-        const { assert!(offset_of!(Frame, step_level) == offset_of!(Frame, error) + 4) };
         for (from, to, bytes) in [
             (offset_of!(Choice, pattern), offset_of!(Frame, pattern), size_of::<GpuPattern>()),
-            (offset_of!(Choice, error), offset_of!(Frame, error), 8),
+            (offset_of!(Choice, error), offset_of!(Frame, error), 4),
             (offset_of!(Choice, coarsest), offset_of!(Frame, coarsest), 4),
         ] {
             for level in first..=first + coarsest {

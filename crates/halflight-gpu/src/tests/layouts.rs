@@ -68,16 +68,7 @@ fn structures_are_laid_out_alike() {
         step_level,
         levels
     );
-    let (members, span) = structure(&parsed(&TARGET_CHOOSE).0, "Choice");
-    let expected = [
-        std::mem::offset_of!(Choice, pattern),
-        std::mem::offset_of!(Choice, error),
-        std::mem::offset_of!(Choice, step_level),
-        std::mem::offset_of!(Choice, coarsest),
-        std::mem::offset_of!(Choice, every),
-    ];
-    assert_eq!(members.iter().map(|(_, offset)| *offset as usize).collect::<Vec<_>>(), expected);
-    assert_eq!(span as usize, size_of::<Choice>());
+    check!(&parsed(&TARGET_CHOOSE).0, "Choice", Choice, pattern, error, coarsest, every);
     let module = &parsed(&VOXEL_MASKS).0;
     check!(module, "TurnedLight", TurnedLight, corner, u, v, normal);
     // Lights follow at once, as many as there are.

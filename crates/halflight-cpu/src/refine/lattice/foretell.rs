@@ -67,14 +67,13 @@ impl Lattice {
     pub(super) fn expect(&mut self, view: &View, fragments: &Fragments) -> f64 {
         let cells = fragments.cells();
         let stride = cells.len().div_ceil(JUDGED).max(1);
-        let kind = view.frame.pattern.kind;
-        let patterns = [self.plan.first, self.plan.full, Plan::trial(kind, self.plan.error).full];
-        let neighbours = patterns.map(|pattern| (pattern, Neighbours::new(pattern)));
+        let mut neighbours = std::mem::take(&mut self.neighbours);
+        neighbours.clear();
+        neighbours.extend(fragments.batches().iter().map(|batch| Neighbours::new(batch.pattern())));
         let noise = |sample: &u32| {
             let sample = &fragments.samples()[*sample as usize];
-            let batch = fragments.batch(sample.batch);
-            let own = neighbours.iter().find(|(pattern, _)| *pattern == batch.pattern());
-            own.map_or(0.0, |(_, neighbours)| neighbours.variance(batch, sample.first as usize).0)
+            let own = &neighbours[usize::from(sample.batch)];
+            own.variance(fragments.batch(sample.batch), sample.first as usize).0
         };
         let judge = |(place, group): (usize, &[Cell])| {
             let cell = group[hash::mix(place as u32) as usize % group.len()];
@@ -103,7 +102,7 @@ impl Lattice {
             sum += variance * power / (last - first) as f64;
             first = last;
         }
-        self.judged = judged;
+        (self.judged, self.neighbours) = (judged, neighbours);
         sum * f64::from(luminance(view.frame.light(view.light).radiance)).powi(2)
     }
 }

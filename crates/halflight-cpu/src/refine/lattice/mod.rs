@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use super::breaks::Breaks;
 use super::pixel_set::PixelSet;
-use super::target::{Budget, Plan, Trial};
+use super::target::{Neighbours, Plan, Steps, Trial};
 use super::{pixel_sample, trace_pixels};
 use crate::corners::Corners;
 use crate::rise::{Between, Rise, RiseLimits};
@@ -112,6 +112,7 @@ enum Verdict {
 pub struct Lattice {
     config: LatticeConfig,
     plan: Plan,
+    steps: Steps,
     breaks: Breaks,
     /// Sample of every pixel, or [`NONE`].
     corners: Vec<u32>,
@@ -125,6 +126,7 @@ pub struct Lattice {
     partly_samples: Vec<u32>,
     /// Cells that tell how wrong the frame will be, and the sum over each of the variance of `F`.
     judged: Vec<(Cell, f64)>,
+    neighbours: Vec<Neighbours>,
     expected: Option<f64>,
     /// Cells to look at, by level.
     pending: Vec<Vec<Square>>,
@@ -227,7 +229,7 @@ impl Lattice {
             // Nothing parts the cell's pixels, so what one of them sees, geometry or nothing, all see.
             Between::Nothing if !gbuffer.is_receiver(corners.pixels()[0]) => return Verdict::Drop,
             Between::Nothing => {}
-            Between::Step if cell.level <= self.plan.step_level && view.serves(&corners, cell) => {}
+            Between::Step if cell.level <= self.steps.level && view.serves(&corners, cell) => {}
             Between::Step | Between::Shade => return Verdict::Split,
         }
         for ((x, y), pixel) in corners.places().into_iter().zip(corners.pixels()) {
@@ -404,13 +406,13 @@ impl Refiner for Lattice {
     ) {
         let gbuffer = frame.gbuffer;
         let top = self.top();
-        let edge;
-        (self.plan, edge) = if self.config.target > 0.0 {
-            (Plan::trial(frame.pattern.kind, self.config.error), Budget::new(self.config.target).edge)
+        self.plan = if self.config.target > 0.0 {
+            Plan::trial(frame.pattern.kind, self.config.error)
         } else {
-            (Plan::fixed(frame.pattern, self.config.error), Budget::NO_EDGE)
+            Plan::fixed(frame.pattern, self.config.error)
         };
-        self.breaks.find(frame, light, &self.config.rise, edge, top);
+        self.steps = Steps::new(self.config.target);
+        self.breaks.find(frame, light, &self.config.rise, self.steps.edge, top);
         self.corners.clear();
         self.corners.resize(gbuffer.pixels(), NONE);
         self.wanted.reset(gbuffer.width, gbuffer.height);
@@ -495,6 +497,7 @@ impl Refiner for Lattice {
             + (self.partly.capacity() + self.partly_samples.capacity()) * 4
             + self.trial.capacity() * size_of::<Trial>()
             + self.judged.capacity() * size_of::<(Cell, f64)>()
+            + self.neighbours.capacity() * size_of::<Neighbours>()
             + self.certified.capacity() * size_of::<Square>()
             + self.regions.capacity() * size_of::<Region>()
             + self.proofs.capacity() * size_of::<Proof>()
