@@ -1,4 +1,5 @@
-// Silhouettes, steps and concave creases between neighbouring pixels, as one light has them.
+// Silhouettes, steps, concave creases and, for small error targets, sharp edges between neighbouring pixels, as one light has
+// them.
 //@ needs shared/breaks shared/rise
 //@ writes breaks
 

@@ -1,7 +1,8 @@
 //! Whether one surface point rises above another's tangent plane.
 //!
 //! What rises above a point can shadow it at close range, or lies across a step from it; what lies below can do neither. So
-//! a visible fraction may be interpolated over convex surfaces, however curved, and not over concave creases and steps.
+//! a visible fraction may be interpolated over convex surfaces, however curved, and not over concave creases and steps. Grooves
+//! along sharp convex edges are finer than pixels; whoever cannot afford to miss these asks for [`Rise::turns`].
 
 use glam::Vec3;
 use halflight_core::frame::Frame;

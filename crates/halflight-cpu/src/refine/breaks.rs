@@ -1,4 +1,5 @@
-//! Where surfaces end: silhouettes, steps and concave creases between neighbouring pixels.
+//! Where surfaces end: silhouettes, steps, concave creases and, for small error targets, sharp edges between neighbouring
+//! pixels.
 
 use halflight_core::frame::Frame;
 use rayon::prelude::*;
