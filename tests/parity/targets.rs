@@ -6,6 +6,7 @@ use halflight::irradiance::Shading;
 use halflight::light::AreaLight;
 use halflight::pattern::PatternKind;
 use halflight::refine::LatticeConfig;
+use halflight::scene::Scene;
 use halflight::stats::FrameStats;
 use halflight_gpu::{Inputs, Inside, Surfaces};
 use halflight_tests::Stage;
@@ -85,27 +86,28 @@ fn small_targets_ask_along_edges() {
         assert!(found.abs_diff(expected) * 200 < expected, "{coarsest_level}: {found} {expected}");
         twins.alter(&bench, &config, ["refine/breaks", ") < EDGE)", ") < -2.0)"]);
         let [fewer, _] = samples(&bench, &mut twins);
-        assert!(fewer + expected / 50 < found, "{coarsest_level}: {fewer} {found}");
+        assert!(fewer + expected / 100 < found, "{coarsest_level}: {fewer} {found}");
     }
 }
 
 /// A light like the scene's first, with a tenth of its edges and somewhere else.
-fn with_second_light(mut stage: Stage) -> Stage {
-    let first = stage.scene.lights[0];
-    stage.scene.lights.push(AreaLight {
+fn with_second_light(stage: &Stage) -> Stage {
+    let mut scene = Scene::clone(&stage.scene);
+    let first = scene.lights[0];
+    scene.lights.push(AreaLight {
         corner: first.corner + 2.0 * first.edge_u,
         edge_u: 0.1 * first.edge_u,
         edge_v: 0.1 * first.edge_v,
         ..first
     });
-    stage
+    Stage::new(scene).unwrap()
 }
 
 #[test]
 fn lights_have_choices_and_errors_of_their_own() {
     let Some(bench) = Bench::open() else { return };
-    let config = small(3e-4);
-    let mut twins = Twins::of(&bench, with_second_light(bundled("toys")), &config, true);
+    let config = small(1e-4);
+    let mut twins = Twins::of(&bench, with_second_light(&bundled("toys")), &config, true);
     // The second one's.
     let [chosen, expected] = sides(&bench, &twins);
     assert_eq!(chosen, expected);
@@ -119,7 +121,7 @@ fn lights_have_choices_and_errors_of_their_own() {
     let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 0.1;
     let [found, expected] = stats(&bench, &mut twins).map(|stats| stats.expected_nmse2.unwrap());
     assert!(near(found, expected), "{found} {expected}");
-    assert!(error(&bench, &twins) < 3e-4);
+    assert!(error(&bench, &twins) < 1e-4);
     // The last light alone.
     let wrong =
         ["refine/target_sum", "var all = bitcast<f32>(atomicLoad(&counters[COUNTER]))", "var all = 0.0"];
