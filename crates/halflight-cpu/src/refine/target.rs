@@ -373,7 +373,7 @@ mod tests {
         assert!(Plan::reach(1e-5, PatternKind::Jittered, &torn).full.len() > reach(1e-5).full.len());
         // Edges are steps where even pixels at steps are too much.
         assert!([0.0, 1e-3, 1e-4, 3e-5].iter().all(|&target| Steps::new(target).edge < -1.0));
-        assert_eq!([0.0, 1e-4, 3e-5, 1.6e-5].map(|target| Steps::new(target).level), [2, 2, 1, 0]);
+        assert_eq!([0.0, 1e-4, 4e-5, 2e-5].map(|target| Steps::new(target).level), [2, 2, 1, 0]);
         assert_eq!(Steps::new(1e-5), Steps { level: 0, edge: EDGE });
         // Darkness takes nothing.
         assert_eq!(Plan::reach(1e-4, PatternKind::Jittered, &[]).full.len(), 16);
