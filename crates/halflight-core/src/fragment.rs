@@ -27,6 +27,15 @@ pub struct Sample {
     pub first: u32,
 }
 
+impl Sample {
+    /// The sample of a single pixel in an image of this width, made of one query.
+    #[inline]
+    pub fn of_pixel(pixel: u32, width: u32, level: u8, batch: u16, query: u32) -> Self {
+        let (x, y) = (pixel % width.max(1), pixel / width.max(1));
+        Self { x: x as f32 + 0.5, y: y as f32 + 0.5, pixel, level, probes: 1, batch, first: query }
+    }
+}
+
 /// A square of 2^level pixels that takes its values from samples, its own or shared with other cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cell {
@@ -143,6 +152,23 @@ impl Fragments {
         self.cells.push(Cell { x: x as u16, y: y as u16, level, count: samples.len() as u8, first });
     }
 
+    /// Makes pixels cells with a sample each; their masks are the queries of `batch`, one a pixel in their order.
+    pub fn push_pixels(&mut self, batch: u16, pixels: &[u32]) {
+        let (width, sample, first) =
+            (self.width.max(1), self.samples.len() as u32, self.cell_samples.len() as u32);
+        let own = |(&pixel, query)| Sample::of_pixel(pixel, width, 0, batch, query);
+        self.samples.extend(pixels.iter().zip(0..).map(own));
+        self.cell_samples.extend((sample..).take(pixels.len()));
+        let cell = |(&pixel, first)| Cell {
+            x: (pixel % width) as u16,
+            y: (pixel / width) as u16,
+            level: 0,
+            count: 1,
+            first,
+        };
+        self.cells.extend(pixels.iter().zip(first..).map(cell));
+    }
+
     /// Checks that samples and cells refer to pixels, queries and samples that exist, so that the stages that follow a
     /// refiner from outside need not.
     ///
@@ -250,6 +276,30 @@ mod tests {
         assert_eq!(owners, [0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
         assert_eq!(fragments.cell_samples(&fragments.cells()[1]), [shared]);
         assert_eq!(fragments.per_level()[2], 1);
+    }
+
+    #[test]
+    fn pixels_are_cells_of_their_own() {
+        let pixels = [0, 7, 14];
+        let mut one_by_one = Fragments::default();
+        let mut at_once = Fragments::default();
+        for fragments in [&mut one_by_one, &mut at_once] {
+            fragments.reset(5, 3, 0);
+            let before = fragments.push_sample(Sample::of_pixel(3, 5, 1, 0, 0));
+            fragments.push_cell(1, 1, 0, &[before, before]);
+        }
+        for (query, pixel) in (0..).zip(pixels) {
+            let sample = one_by_one.push_sample(Sample::of_pixel(pixel, 5, 0, 2, query));
+            one_by_one.push_cell(0, pixel % 5, pixel / 5, &[sample]);
+        }
+        at_once.push_pixels(2, &pixels);
+        assert_eq!(at_once.samples(), one_by_one.samples());
+        assert_eq!(at_once.cells(), one_by_one.cells());
+        assert_eq!(at_once.cell_samples, one_by_one.cell_samples);
+        assert_eq!(
+            at_once.samples()[2],
+            Sample { x: 2.5, y: 1.5, pixel: 7, level: 0, probes: 1, batch: 2, first: 1 }
+        );
     }
 
     #[test]

@@ -6,8 +6,13 @@
 
 use glam::Vec3;
 use halflight_core::frame::Frame;
-use halflight_core::gbuffer::GBuffer;
+use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use serde::{Deserialize, Serialize};
+
+use crate::dispatch::multiversion;
+
+/// Pairs of pixels that are looked at together.
+pub(crate) const RUN: usize = 16;
 
 /// How far one point may rise above the other's tangent plane, either way, before nothing is interpolated between them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -83,10 +88,18 @@ impl<'a> Rise<'a> {
         let between = position[b] - position[a];
         let (above_a, above_b) = (normal[a].dot(between), -normal[b].dot(between));
         let step = self.footprint * depth[a].min(depth[b]) * apart as f32;
-        // Far from the origin single precision is coarser than a pixel.
-        let rounding = position[a].abs().max_element() * (8.0 * f32::EPSILON);
+        let rounding = position[a].abs().max_element() * ROUNDING;
         let limit = (self.sine * between.length()).min(step) + rounding;
         Some(Rises { above_a, above_b, limit, step: step + rounding })
+    }
+
+    /// What may lie between up to [`RUN`] pairs of neighbours, (a, b), (a + 1, b + 1) and so on.
+    #[inline]
+    pub(crate) fn suspects(&self, a: usize, b: usize, count: usize, edge: f32) -> Suspects {
+        match (Run::new(self.gbuffer, a), Run::new(self.gbuffer, b)) {
+            (Some(a), Some(b)) if count >= RUN => suspects(self, a, b, edge),
+            _ => Suspects { steps: 0, others: (1 << count) - 1 },
+        }
     }
 
     /// What lies between two neighbours, and whether it can shade one of them from a light close by.
@@ -126,10 +139,16 @@ impl<'a> Rise<'a> {
     #[inline]
     pub(crate) fn side(&self, light: &LightCorners, pixel: usize) -> Side {
         let (position, normal) = (self.gbuffer.position[pixel], self.gbuffer.normal[pixel]);
-        let heights = light.0.map(|corner| normal.dot(corner - position));
-        if heights.iter().all(|&height| height > 0.0) {
+        // All corners are compared, since it is not foretold which one decides.
+        let (mut lit, mut unlit) = (true, true);
+        for corner in light.0 {
+            let height = normal.dot(corner - position);
+            lit &= height > 0.0;
+            unlit &= height <= 0.0;
+        }
+        if lit {
             Side::Lit
-        } else if heights.iter().all(|&height| height <= 0.0) {
+        } else if unlit {
             Side::Unlit
         } else {
             Side::Both
@@ -143,18 +162,105 @@ impl<'a> Rise<'a> {
         let (from, up) = (position[pixel], normal[pixel]);
         let there = position[other] - from;
         let height = up.dot(there);
-        if height <= 0.0 {
-            return false;
-        }
         let along = there - up * height;
-        light.0.iter().any(|&corner| {
+        let nearest = along.length_squared() * NEAREST;
+        let mut hides = false;
+        for corner in light.0 {
             let to = corner - from;
             let forth = along.dot(to);
             // Slopes: height over |along|, and up·to over forth/|along|.
-            forth > 0.0 && height * forth >= up.dot(to) * along.length_squared() * NEAREST
+            hides |= (height > 0.0) & (forth > 0.0) & (height * forth >= up.dot(to) * nearest);
+        }
+        hides
+    }
+}
+
+/// Pairs of neighbours, a bit each, lowest first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Suspects {
+    /// [`Rise::between`] finds a step.
+    pub(crate) steps: u32,
+    /// It may find anything, and [`Rise::turns`] as well: for all others it finds nothing, and they do not turn.
+    pub(crate) others: u32,
+}
+
+multiversion! {
+    /// Looks at [`RUN`] pairs.
+    fn suspects(rise: &Rise, a: Run, b: Run, edge: f32) -> Suspects {
+        let mut differ = 0;
+        for lane in 0..RUN {
+            differ |= a.seen[lane] ^ b.seen[lane];
+        }
+        // Most runs lie on one triangle.
+        if differ == 0 {
+            return Suspects::default();
+        }
+        let (from, to, up_a, up_b) = (planes(a.position), planes(b.position), planes(a.normal), planes(b.normal));
+        let (mut steps, mut others) = ([0u32; RUN], [0u32; RUN]);
+        for lane in 0..RUN {
+            let (x, y, z) = (to[0][lane] - from[0][lane], to[1][lane] - from[1][lane], to[2][lane] - from[2][lane]);
+            let above_a = up_a[0][lane] * x + up_a[1][lane] * y + up_a[2][lane] * z;
+            let above_b = -(up_b[0][lane] * x + up_b[1][lane] * y + up_b[2][lane] * z);
+            let largest = from[0][lane].abs().max(from[1][lane].abs()).max(from[2][lane].abs());
+            let rounding = largest * ROUNDING;
+            let step = rise.footprint * a.depth[lane].min(b.depth[lane]);
+            let limit = (rise.sine * (x * x + y * y + z * z).sqrt()).min(step) + rounding;
+            let turn = up_a[0][lane] * up_b[0][lane] + up_a[1][lane] * up_b[1][lane] + up_a[2][lane] * up_b[2][lane];
+            let (one, other) = (a.seen[lane], b.seen[lane]);
+            let blind = (one == NO_PRIMITIVE) | (other == NO_PRIMITIVE);
+            let far = above_a.max(above_b) > FAR_STEP_PX * (step + rounding);
+            let within = (above_a <= limit) & (above_b <= limit);
+            let step = (one != other) & (blind | far & !within);
+            steps[lane] = u32::from(step) << lane;
+            others[lane] = u32::from((one != other) & !step & (!within | (turn < edge))) << lane;
+        }
+        let mut all = Suspects::default();
+        for lane in 0..RUN {
+            all.steps |= steps[lane];
+            all.others |= others[lane];
+        }
+        all
+    }
+}
+
+/// Pixels that follow each other in a row.
+#[derive(Clone, Copy)]
+struct Run<'a> {
+    position: &'a [Vec3; RUN],
+    normal: &'a [Vec3; RUN],
+    depth: &'a [f32; RUN],
+    /// Triangles.
+    seen: &'a [u32; RUN],
+}
+
+impl<'a> Run<'a> {
+    /// Those from `first` on; `None` where there are not enough.
+    #[inline]
+    fn new(gbuffer: &'a GBuffer, first: usize) -> Option<Self> {
+        let GBuffer { position, normal, depth, primitive, .. } = gbuffer;
+        Some(Self {
+            position: position.get(first..)?.first_chunk()?,
+            normal: normal.get(first..)?.first_chunk()?,
+            depth: depth.get(first..)?.first_chunk()?,
+            seen: primitive.get(first..)?.first_chunk()?,
         })
     }
 }
+
+/// Coordinates of vectors, each apart.
+#[inline(always)]
+fn planes(vectors: &[Vec3; RUN]) -> [[f32; RUN]; 3] {
+    let mut planes = [[0.0; RUN]; 3];
+    for lane in 0..RUN {
+        planes[0][lane] = vectors[lane].x;
+        planes[1][lane] = vectors[lane].y;
+        planes[2][lane] = vectors[lane].z;
+    }
+    planes
+}
+
+/// Far from the origin single precision is coarser than a pixel: how much of the largest coordinate is left to it.
+const ROUNDING: f32 = 8.0 * f32::EPSILON;
 
 /// What stands in the way begins anywhere between two pixels: it is taken to be this near.
 const NEAREST: f32 = 0.05;
@@ -216,7 +322,7 @@ impl Rises {
 #[cfg(test)]
 mod tests {
     use halflight_core::frame::Sharing;
-    use halflight_core::gbuffer::NO_PRIMITIVE;
+    use halflight_core::hash;
     use halflight_core::pattern::{Pattern, PatternKind};
     use halflight_core::pyramid::Pyramid;
     use halflight_core::scene::Scene;
@@ -233,7 +339,7 @@ mod tests {
     }
 
     /// What is said about these two.
-    fn compared<T>(up: f32, lean: f32, edit: impl Fn(&mut GBuffer), ask: impl Fn(&Rise) -> T) -> T {
+    fn compared<T>(up: f32, lean: f32, edit: impl Fn(&mut GBuffer), ask: impl FnOnce(&Rise) -> T) -> T {
         let scene = Scene::default();
         let footprint = 2.0 * (scene.camera.fov_y_deg.to_radians() * 0.5).tan();
         let mut gbuffer = GBuffer::default();
@@ -282,6 +388,58 @@ mod tests {
         // Within a triangle normals are those of a smooth surface.
         let smooth = |gbuffer: &mut GBuffer| gbuffer.primitive.fill(7);
         assert!(!compared(-1.0, 80.0, smooth, |rise| rise.turns(0, 1, 0.8)));
+    }
+
+    #[test]
+    fn runs_are_looked_at_like_pairs() {
+        let number = |seed: u32, at: usize| hash::unit_pair(hash::mix(seed ^ hash::mix(at as u32))).0;
+        let (mut steps, mut others, mut nothing) = (0, 0, 0);
+        for seed in 0..400 {
+            let fill = |gbuffer: &mut GBuffer| {
+                gbuffer.reset(RUN as u32, 2);
+                for at in 0..2 * RUN {
+                    let turn: f32 = 0.6 * (number(seed, 8 * at) - 0.5);
+                    gbuffer.normal[at] = Vec3::new(turn.sin(), turn.cos(), 0.0);
+                    let up = 0.03 * (number(seed, 8 * at + 1) - 0.5).powi(5);
+                    gbuffer.position[at] =
+                        Vec3::new(0.002 * (at % RUN) as f32, up, 0.002 * (at / RUN) as f32);
+                    gbuffer.depth[at] = 1.0 + number(seed, 8 * at + 2);
+                    gbuffer.primitive[at] = (3.0 * number(seed, 8 * at + 3)) as u32;
+                    match (20.0 * number(seed, 8 * at + 4)) as u32 {
+                        0 => gbuffer.primitive[at] = NO_PRIMITIVE,
+                        1 => gbuffer.position[at].y = f32::NAN,
+                        2 => gbuffer.normal[at] = -gbuffer.normal[at],
+                        3 => gbuffer.position[at].y = 1.0,
+                        _ => {}
+                    }
+                }
+            };
+            let light =
+                LightCorners([Vec3::X, Vec3::Y, Vec3::NEG_X, Vec3::Z].map(|side| side + 2.0 * Vec3::Y));
+            let edge = [-2.0, 0.98][seed as usize % 2];
+            compared(0.0, 0.0, fill, |rise| {
+                let all = rise.suspects(0, RUN, RUN, edge);
+                assert_eq!(all.steps & all.others, 0);
+                for lane in 0..RUN {
+                    let (a, b) = (lane, RUN + lane);
+                    let found = (rise.between(&light, a, b), rise.turns(a, b, edge));
+                    if all.steps >> lane & 1 != 0 {
+                        steps += 1;
+                        assert_eq!(found.0, Between::Step);
+                    } else if all.others >> lane & 1 != 0 {
+                        others += 1;
+                        assert_ne!(found, (Between::Nothing, false));
+                    } else {
+                        nothing += 1;
+                        assert_eq!(found, (Between::Nothing, false));
+                    }
+                }
+                // Fewer than a run are all to be looked at, and so are those at the end of the image.
+                assert_eq!(rise.suspects(0, RUN, 3, edge), Suspects { steps: 0, others: 7 });
+                assert_eq!(rise.suspects(RUN + 1, RUN + 2, RUN - 1, edge).others, (1 << (RUN - 1)) - 1);
+            });
+        }
+        assert!(steps > 500 && others > 500 && nothing > 500, "{steps} {others} {nothing}");
     }
 
     #[test]

@@ -32,6 +32,9 @@ use crate::simd::Isa;
 use group::{Answers, Groups};
 use race::{LAP, Races, Way};
 
+/// Queries whose order one task checks.
+const SORTED: usize = 4096;
+
 /// Exact visibility by beams and shafts.
 #[derive(Debug)]
 pub struct Beam {
@@ -82,8 +85,10 @@ impl Beam {
     /// Puts queries into an order in which neighbours in the image follow each other; false where they do already.
     fn sort(&mut self, width: u32, batch: &MaskBatch) -> bool {
         let width = width.max(1);
-        let tile = |pixel: u32| u64::from(pixel / width / 8) << 32 | u64::from(pixel % width / 8);
-        if batch.queries().is_sorted_by_key(|query| tile(query.pixel)) {
+        let queries = batch.queries();
+        // Each part with the first of the next.
+        let parts = (0..queries.len()).into_par_iter().step_by(SORTED);
+        if parts.all(|first| follow_tiles(width, &queries[first..(first + SORTED + 1).min(queries.len())])) {
             return false;
         }
         let place = |(index, query): (usize, &Query)| {
@@ -150,6 +155,19 @@ fn quickest<M: Samples>(
     }
     races.set(samples, race);
     stats
+}
+
+/// Whether queries come tile by tile.
+fn follow_tiles(width: u32, queries: &[Query]) -> bool {
+    let (mut row, mut start) = (0, 0);
+    queries.is_sorted_by_key(|query| {
+        // Most pixels lie in the row of the one before.
+        if query.pixel.wrapping_sub(start) >= width {
+            row = query.pixel / width;
+            start = row * width;
+        }
+        (row / 8, (query.pixel - start) / 8)
+    })
 }
 
 /// Every other bit of the result, from the lower 16 bits.

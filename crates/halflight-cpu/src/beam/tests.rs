@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use halflight_core::mask::MaskBatch;
+use halflight_core::mask::{MaskBatch, Query};
 use halflight_core::scene::Scene;
 use halflight_core::stages::Visibility;
 use halflight_core::stats::VisibilityStats;
@@ -160,6 +160,19 @@ fn order_and_threads_do_not_matter() {
     let alone = on(1);
     assert_eq!(on(2), alone);
     assert_eq!(on(8), alone);
+}
+
+#[test]
+fn the_order_of_tiles_is_known() {
+    let blank = Query { origin: Vec3::ZERO, normal: Vec3::Y, key: 0, pixel: 0, asked: 0 };
+    let follow = |pixels: &[u32]| {
+        let queries: Vec<Query> = pixels.iter().map(|&pixel| Query { pixel, ..blank }).collect();
+        super::follow_tiles(20, &queries)
+    };
+    // Rows of a tile in any order, the tile to its right, and one in the row of tiles below.
+    assert!(follow(&[0, 1, 21, 3, 147, 8, 15, 28, 16, 160, 7 + 160, 8 + 160]));
+    assert!(!follow(&[0, 8, 20]) && !follow(&[160, 19]) && !follow(&[1, 161, 2]));
+    assert!(follow(&[]) && follow(&[399]));
 }
 
 #[test]

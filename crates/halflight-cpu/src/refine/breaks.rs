@@ -4,14 +4,12 @@
 use halflight_core::frame::Frame;
 use rayon::prelude::*;
 
-use crate::rise::{Between, LightCorners, Rise, RiseLimits};
+use crate::rise::{Between, LightCorners, RUN, Rise, RiseLimits, Suspects};
 
 /// Something lies between the pixel and its right neighbour.
 const RIGHT: u8 = 1;
 /// Something lies between the pixel and the one below.
 const BELOW: u8 = 2;
-/// Pixels of a row that are looked at together.
-const RUN: usize = 16;
 /// How far these are shifted where the two may shade each other.
 const SHADE: u32 = 2;
 
@@ -52,24 +50,19 @@ impl Breaks {
         pixels.flags.par_chunks_mut(row).enumerate().for_each(|(y, flags)| {
             let first = y * row;
             let last = y + 1 == gbuffer.height as usize;
-            let primitive = &gbuffer.primitive[first..first + row];
-            let under = if last { primitive } else { &gbuffer.primitive[first + row..first + 2 * row] };
             for (start, flags) in (0..row).step_by(RUN).zip(flags.chunks_mut(RUN)) {
                 flags.fill(0);
-                // Most runs lie on one triangle.
-                let next = &primitive[start..(start + flags.len() + 1).min(row)];
-                let under = &under[start..start + flags.len()];
-                let odd = |all: u32, &one: &u32| all | (one ^ next[0]);
-                if next.iter().fold(0, odd) | under.iter().fold(0, odd) == 0 {
-                    continue;
-                }
-                for (x, flags) in (start..).zip(flags) {
-                    let pixel = first + x;
-                    if x + 1 < row {
-                        *flags |= flag(pixel, pixel + 1, RIGHT);
+                let (at, count) = (first + start, flags.len());
+                let right = rise.suspects(at, at + 1, count.min(row - 1 - start), edge);
+                let below = if last { Suspects::default() } else { rise.suspects(at, at + row, count, edge) };
+                for (Suspects { steps, mut others }, apart, bit) in [(right, 1, RIGHT), (below, row, BELOW)] {
+                    for (lane, flag) in flags.iter_mut().enumerate() {
+                        *flag |= (steps >> lane & 1) as u8 * bit;
                     }
-                    if !last {
-                        *flags |= flag(pixel, pixel + row, BELOW);
+                    while others != 0 {
+                        let lane = others.trailing_zeros() as usize;
+                        others &= others - 1;
+                        flags[lane] |= flag(at + lane, at + lane + apart, bit);
                     }
                 }
             }

@@ -19,7 +19,6 @@ pub use target::{Budget, Steps};
 
 pub use crate::rise::RiseLimits;
 
-use halflight_core::fragment::Sample;
 use halflight_core::frame::Frame;
 use halflight_core::mask::MaskBatch;
 use halflight_core::pattern::Pattern;
@@ -68,20 +67,6 @@ fn trace_pixels(
         }
     });
     visibility.masks(frame, batch);
-}
-
-/// A single-pixel sample made of one query.
-fn pixel_sample(pixel: usize, width: u32, level: u8, batch: u16, query: usize) -> Sample {
-    let (x, y) = (pixel as u32 % width, pixel as u32 / width);
-    Sample {
-        x: x as f32 + 0.5,
-        y: y as f32 + 0.5,
-        pixel: pixel as u32,
-        level,
-        probes: 1,
-        batch,
-        first: query as u32,
-    }
 }
 
 /// Which of four receivers traces a sample when they share a pattern: every other column of every other row, so that each

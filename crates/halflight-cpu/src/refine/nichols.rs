@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::place::{cell_faces_away, fragment_point, geometry_breaks, has_receiver};
-use super::{GeometryThresholds, Pending, pixel_sample, quarter};
+use super::{GeometryThresholds, Pending, quarter};
 use crate::irradiance;
 
 /// Constants of Nichols10.
@@ -133,7 +133,7 @@ impl Nichols {
             };
             if !broken && cell_faces_away(frame, frame.light(light), level, x, y) {
                 let sample =
-                    Sample { level, probes: 0, ..pixel_sample(pixel, frame.gbuffer.width, level, 0, 0) };
+                    Sample { probes: 0, ..Sample::of_pixel(pixel as u32, frame.gbuffer.width, level, 0, 0) };
                 let sample = fragments.push_sample(sample);
                 fragments.push_cell(level, x, y, &[sample]);
                 continue;
@@ -267,14 +267,14 @@ impl Nichols {
     /// Keeps the fragments that are good enough and passes the children of the others on.
     fn settle(&mut self, frame: &Frame, level: u8, fragments: &mut Fragments) {
         let batch = self.levels[usize::from(level)].batch;
-        for (query, &(cell, pixel)) in self.rendered.iter().enumerate() {
-            let flagged = level > 0 && self.flagged[query];
+        for (query, &(cell, pixel)) in (0..).zip(&self.rendered) {
+            let flagged = level > 0 && self.flagged[query as usize];
             if flagged || (level > 0 && self.broken(frame, level, cell.x, cell.y)) {
                 split(&mut self.next, cell, flagged);
                 continue;
             }
             let sample =
-                fragments.push_sample(pixel_sample(pixel as usize, frame.gbuffer.width, level, batch, query));
+                fragments.push_sample(Sample::of_pixel(pixel, frame.gbuffer.width, level, batch, query));
             fragments.push_cell(level, cell.x, cell.y, &[sample]);
         }
     }

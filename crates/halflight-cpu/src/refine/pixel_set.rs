@@ -2,11 +2,14 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use rayon::prelude::*;
+
 /// Pixels of an image, a bit each, a word for every 8 × 8 of them: so that what comes out follows the image in tiles, whose
 /// pixels see nearly the same.
 #[derive(Debug, Default)]
 pub(super) struct PixelSet {
     width: u32,
+    height: u32,
     columns: usize,
     words: Vec<AtomicU64>,
 }
@@ -14,7 +17,7 @@ pub(super) struct PixelSet {
 impl PixelSet {
     /// Makes it the empty set for an image of this size.
     pub(super) fn reset(&mut self, width: u32, height: u32) {
-        self.width = width;
+        (self.width, self.height) = (width, height);
         self.columns = width.div_ceil(8) as usize;
         let words = self.columns * height.div_ceil(8) as usize;
         self.words.resize_with(words, AtomicU64::default);
@@ -30,6 +33,23 @@ impl PixelSet {
         if word.load(Ordering::Relaxed) & bit == 0 {
             word.fetch_or(bit, Ordering::Relaxed);
         }
+    }
+
+    /// Adds all pixels for which something holds.
+    pub(super) fn insert_where(&mut self, holds: impl Fn(usize) -> bool + Sync) {
+        let (width, height, columns) = (self.width as usize, self.height as usize, self.columns);
+        self.words.par_iter_mut().enumerate().with_min_len(64).for_each(|(tile, word)| {
+            let (left, top) = (tile % columns * 8, tile / columns * 8);
+            let wide = (width - left).min(8);
+            let mut bits = 0;
+            for (row, y) in (top..height.min(top + 8)).enumerate() {
+                let first = y * width + left;
+                for lane in 0..wide {
+                    bits |= u64::from(holds(first + lane)) << (row * 8 + lane);
+                }
+            }
+            *word.get_mut() |= bits;
+        });
     }
 
     /// Takes all pixels out, tile by tile and row by row in each, as indices into the image.
@@ -71,5 +91,10 @@ mod tests {
         assert_eq!(pixels, [0, 19 + 7, 8, 8 * 19, 9 * 19 + 18]);
         set.drain(&mut pixels);
         assert!(pixels.is_empty());
+        set.insert(0, 0);
+        set.insert_where(|pixel| pixel % 19 == 18 || pixel == 9 * 19);
+        set.drain(&mut pixels);
+        let last: Vec<u32> = (0..10).map(|y| y * 19 + 18).collect();
+        assert_eq!(pixels, [&[0], &last[..8], &[9 * 19], &last[8..]].concat());
     }
 }

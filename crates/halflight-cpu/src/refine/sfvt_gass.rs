@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::place::{cell_faces_away, cell_rect, faces_away, fragment_point, geometry_breaks, has_receiver};
-use super::{GeometryThresholds, Pending, pixel_sample, quarter, trace_pixels};
+use super::{GeometryThresholds, Pending, quarter, trace_pixels};
 
 /// Constants of Koa17. Bit counts are for masks of 16 samples a quadrant and scale with longer ones.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -284,8 +284,9 @@ impl SfvtGass {
         if !frame.gbuffer.is_receiver(pixel) {
             return None;
         }
+        let query = self.finals.len() as u32;
         self.finals.push(pixel as u32);
-        Some(pixel_sample(pixel, frame.gbuffer.width, 0, finals, self.finals.len() - 1))
+        Some(Sample::of_pixel(pixel as u32, frame.gbuffer.width, 0, finals, query))
     }
 }
 
@@ -388,7 +389,7 @@ fn centre_sample(frame: &Frame, fragments: &Fragments, level: u8, probes: (u16, 
 fn write_unlit(frame: &Frame, fragments: &mut Fragments, level: u8, x: u32, y: u32) {
     let gbuffer = frame.gbuffer;
     if let Some(pixel) = fragment_point(gbuffer, x << level, y << level, 1 << level) {
-        let sample = Sample { level, probes: 0, ..pixel_sample(pixel, gbuffer.width, level, 0, 0) };
+        let sample = Sample { probes: 0, ..Sample::of_pixel(pixel as u32, gbuffer.width, level, 0, 0) };
         let sample = fragments.push_sample(sample);
         fragments.push_cell(level, x, y, &[sample]);
     }

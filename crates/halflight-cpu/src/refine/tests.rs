@@ -1,7 +1,7 @@
 //! What refiners decide, on masks and images made by hand.
 
 use glam::Vec3;
-use halflight_core::fragment::Fragments;
+use halflight_core::fragment::{Fragments, Sample};
 use halflight_core::frame::{Frame, Sharing};
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_core::light::AreaLight;

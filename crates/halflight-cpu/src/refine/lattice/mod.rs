@@ -6,7 +6,7 @@ mod view;
 
 use std::sync::atomic::AtomicBool;
 
-use halflight_core::fragment::{Cell, Fragments};
+use halflight_core::fragment::{Cell, Fragments, Sample};
 use halflight_core::frame::Frame;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_core::mask::Purpose;
@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use super::breaks::Breaks;
 use super::pixel_set::PixelSet;
 use super::target::{Neighbours, Plan, Steps, Trial};
-use super::{pixel_sample, trace_pixels};
+use super::trace_pixels;
 use crate::corners::Corners;
 use crate::rise::{Between, Rise, RiseLimits};
 use view::View;
@@ -240,36 +240,20 @@ impl Lattice {
         Verdict::Keep
     }
 
-    /// Asks for the masks that are wanted, each of a new sample; how many these are, and how many there were before.
-    fn ask(
-        &mut self,
-        view: &View,
-        pattern: Pattern,
-        purpose: Purpose,
-        visibility: &mut dyn Visibility,
-        fragments: &mut Fragments,
-    ) -> (usize, usize) {
+    /// Asks for the masks that are wanted, each of a new sample, and computes how much of the light they see.
+    fn trace(&mut self, view: &View, level: u8, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
+        let purpose = if level == 0 { Purpose::Final } else { Purpose::Refine };
         let known = fragments.samples().len();
         self.wanted.drain(&mut self.fresh);
         if self.fresh.is_empty() {
-            return (0, known);
+            return;
         }
-        let batch = fragments.open_batch(pattern, purpose);
-        for (query, &pixel) in self.fresh.iter().enumerate() {
-            let sample = pixel_sample(pixel as usize, view.gbuffer.width, 0, batch, query);
+        let batch = fragments.open_batch(self.plan.first, purpose);
+        for (query, &pixel) in (0..).zip(&self.fresh) {
+            let sample = Sample::of_pixel(pixel, view.gbuffer.width, 0, batch, query);
             self.corners[pixel as usize] = fragments.push_sample(sample);
         }
         trace_pixels(view.frame, view.light, &self.fresh, visibility, fragments.batch_mut(batch));
-        (self.fresh.len(), known)
-    }
-
-    /// Asks for the masks that are wanted and computes how much of the light they see.
-    fn trace(&mut self, view: &View, level: u8, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
-        let purpose = if level == 0 { Purpose::Final } else { Purpose::Refine };
-        let (new, known) = self.ask(view, self.plan.first, purpose, visibility, fragments);
-        if new == 0 {
-            return;
-        }
         self.evaluate(view, known, fragments);
         if self.plan.full == self.plan.first {
             self.recent.extend(self.fresh.iter().map(|&pixel| (pixel, level)));
@@ -327,19 +311,16 @@ impl Lattice {
         self.plan = self.plan.every_pixel();
         self.kept.clear();
         self.pending.iter_mut().for_each(Vec::clear);
-        let (corners, wanted) = (&self.corners, &self.wanted);
-        (0..gbuffer.height).into_par_iter().for_each(|y| {
-            for x in 0..gbuffer.width {
-                let pixel = gbuffer.index(x, y);
-                if corners[pixel] == NONE && gbuffer.is_receiver(pixel) {
-                    wanted.insert(x, y);
-                }
-            }
-        });
-        self.ask(view, self.plan.full, Purpose::Final, visibility, fragments);
-        for (pixel, &sample) in (0..).zip(&self.corners).filter(|&(_, &sample)| sample != NONE) {
-            fragments.push_cell(0, pixel % gbuffer.width, pixel / gbuffer.width, &[sample]);
+        for sample in 0..fragments.samples().len() {
+            let pixel = fragments.samples()[sample].pixel;
+            fragments.push_cell(0, pixel % gbuffer.width, pixel / gbuffer.width, &[sample as u32]);
         }
+        let corners = &self.corners;
+        self.wanted.insert_where(|pixel| corners[pixel] == NONE && gbuffer.is_receiver(pixel));
+        self.wanted.drain(&mut self.fresh);
+        let batch = fragments.open_batch(self.plan.full, Purpose::Final);
+        trace_pixels(view.frame, view.light, &self.fresh, visibility, fragments.batch_mut(batch));
+        fragments.push_pixels(batch, &self.fresh);
         self.proved.traced = if self.config.certify { fragments.cells().len() as u64 } else { 0 };
     }
 
