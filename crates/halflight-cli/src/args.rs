@@ -152,7 +152,7 @@ pub(crate) struct Choices {
     /// Which fragments the image is made of [default: lattice].
     #[arg(long, value_parser = PossibleValuesParser::new(<RefinerConfig as Named>::NAMES))]
     pub(crate) refiner: Option<String>,
-    /// What answers shadow rays; auto is beam or bvh, whichever is the quicker where receivers lie [default: auto].
+    /// What answers shadow rays; auto is beam where few triangles lie between receivers and light, and bvh elsewhere [default: auto].
     #[arg(long, value_parser = PossibleValuesParser::new(<VisibilityConfig as Named>::NAMES))]
     pub(crate) visibility: Option<String>,
     /// How pixels are interpolated between fragments [default: lattice].

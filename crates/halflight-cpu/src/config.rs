@@ -42,7 +42,7 @@ pub enum VisibilityConfig {
     Raster4d(Raster4dConfig),
     /// Beams and shafts through the triangle hierarchy.
     Beam,
-    /// Beams or rays, whichever are the quicker where receivers lie, by the clock; their answers are the same.
+    /// Beams where few triangles lie between receivers and light, rays elsewhere; their answers are the same.
     Auto,
     /// Voxel marching (Nichols10): approximate.
     Voxel(VoxelConfig),

@@ -68,15 +68,15 @@ impl Corners {
         if total > 1e-3 { sum / total } else { plain / count }
     }
 
-    /// The places where pixels of finer cells meet this one: along its four edges, and just outside the left and the top one.
-    /// What lies just outside the others is on these edges, which belong to the next cells.
-    pub(crate) fn edges(&self) -> impl Iterator<Item = (u32, u32)> {
+    /// Whether something holds wherever pixels of finer cells meet this one: along its four edges, and just outside the left
+    /// and the top one. What lies just outside the others is on these edges, which belong to the next cells.
+    #[inline]
+    pub(crate) fn all_edges(&self, mut holds: impl FnMut(u32, u32) -> bool) -> bool {
         let Self { x0, y0, x1, y1, .. } = *self;
-        let outside = |at: u32| at.checked_sub(1).into_iter();
-        let inner = (x0 + 1..x1).flat_map(move |x| [(x, y0), (x, y1)]);
-        let inner = inner.chain((y0 + 1..y1).flat_map(move |y| [(x0, y), (x1, y)]));
-        let above = outside(y0).flat_map(move |y| (x0..=x1).map(move |x| (x, y)));
-        inner.chain(above).chain(outside(x0).flat_map(move |x| (y0..=y1).map(move |y| (x, y))))
+        (x0 + 1..x1).all(|x| holds(x, y0) && holds(x, y1))
+            && (y0 + 1..y1).all(|y| holds(x0, y) && holds(x1, y))
+            && (y0 == 0 || (x0..x1 + 1).all(|x| holds(x, y0 - 1)))
+            && (x0 == 0 || (y0..y1 + 1).all(|y| holds(x0 - 1, y)))
     }
 }
 
@@ -84,19 +84,30 @@ impl Corners {
 mod tests {
     use super::*;
 
+    /// Number of places on and beside a cell's edges.
+    fn edges(corners: &Corners) -> usize {
+        let mut count = 0;
+        corners.all_edges(|_, _| {
+            count += 1;
+            true
+        });
+        count
+    }
+
     #[test]
     fn corners_are_clamped_at_the_last_row_and_column() {
         let inner = Corners::new(10, 7, 2, 1, 0);
         assert_eq!(inner.places(), [(4, 0), (8, 0), (4, 4), (8, 4)]);
         assert_eq!(inner.pixels(), [4, 8, 44, 48]);
         // Three a side, and five outside the left one; nothing is above.
-        assert_eq!(inner.edges().count(), 4 * 3 + 5);
-        assert!(inner.edges().all(|(x, y)| (3..=8).contains(&x) && y <= 4));
+        assert_eq!(edges(&inner), 4 * 3 + 5);
+        assert!(inner.all_edges(|x, y| (3..=8).contains(&x) && y <= 4));
+        assert!(!inner.all_edges(|x, y| (x, y) != (3, 4)));
         let border = Corners::new(10, 7, 2, 2, 1);
         assert_eq!(border.places(), [(8, 4), (9, 4), (8, 6), (9, 6)]);
         assert_eq!(Corners::new(10, 7, 0, 3, 2).places(), [(3, 2); 4]);
         let last = Corners::new(9, 5, 2, 2, 1);
-        assert_eq!((last.places(), last.edges().count()), ([(8, 4); 4], 2));
+        assert_eq!((last.places(), edges(&last)), ([(8, 4); 4], 2));
         assert_eq!(last.weights(8, 4), [1.0, 0.0, 0.0, 0.0]);
     }
 

@@ -4,7 +4,7 @@ use glam::Vec3;
 use halflight_core::pattern::Pattern;
 use halflight_core::stats::VisibilityStats;
 
-use crate::bvh::{Child, Chunk, STACK, Shaft, Tracer, push_near_last};
+use crate::bvh::{Child, Chunk, RAYS, STACK, Shaft, Tracer, push_near_last};
 use crate::occluder::Samples;
 use crate::shaft::{FEWEST, GROUP, Gather, Hull, List, Share, bounds, quarter};
 use crate::simd::{Isa, Kernel, Simd};
@@ -24,13 +24,27 @@ struct Limits {
     long: usize,
     /// Blocks of triangles that a receiver looks at before it is left to rays.
     blocks: usize,
+    /// Whether a group is left to rays as a whole where its list is not short.
+    rays: bool,
 }
 
 impl Limits {
     /// Rays cost as much as there are samples, rows of masks as much as its square root.
     fn new(pattern: Pattern) -> Self {
         let samples = pattern.len();
-        Self { short: 64, whole: 512, long: 8 * samples.isqrt(), blocks: (samples / 8).clamp(8, 256) }
+        let (long, blocks) = (8 * samples.isqrt(), (samples / 8).clamp(8, 256));
+        Self { short: 64, whole: 512, long, blocks, rays: false }
+    }
+
+    /// Where rays may answer too. Those of up to 64 samples travel as one bundle, and cost less than a list of some ten
+    /// times the square root of their number.
+    fn or_rays(pattern: Pattern) -> Self {
+        let beams = Self::new(pattern);
+        if pattern.len() > RAYS {
+            return beams;
+        }
+        let short = 10 * pattern.len().isqrt();
+        Self { short, whole: short, rays: true, ..beams }
     }
 }
 
@@ -58,11 +72,16 @@ impl<M: Samples> Groups<M> {
         }
     }
 
-    /// Answers all queries of a group.
-    pub(super) fn answer(&mut self, isa: Isa, answers: Answers<'_>) -> VisibilityStats {
+    /// Answers all queries of a group, those that share no short list by rays if `rays` says so.
+    pub(super) fn answer(&mut self, isa: Isa, rays: bool, answers: Answers<'_>) -> VisibilityStats {
         self.samples.set(answers.pattern, answers.light);
-        let limits = Limits::new(answers.pattern);
-        isa.run(Group { groups: self, answers, limits, stats: VisibilityStats::default() })
+        let limits = if rays { Limits::or_rays(answers.pattern) } else { Limits::new(answers.pattern) };
+        let group = Group { groups: self, answers, limits, stats: VisibilityStats::default() };
+        let (stats, left) = isa.run(group);
+        if let Some(left) = left {
+            left.trace(isa);
+        }
+        stats
     }
 }
 
@@ -73,11 +92,12 @@ struct Group<'a, 'b, M> {
     stats: VisibilityStats,
 }
 
-impl<M: Samples> Kernel for Group<'_, '_, M> {
-    type Output = VisibilityStats;
+impl<'a, M: Samples> Kernel for Group<'a, '_, M> {
+    /// And the group, where it is left to rays.
+    type Output = (VisibilityStats, Option<Answers<'a>>);
 
     #[inline(always)]
-    fn run<S: Simd>(mut self) -> VisibilityStats {
+    fn run<S: Simd>(mut self) -> Self::Output {
         let words = self.answers.words;
         let mut members = [0u8; GROUP];
         let mut count = 0;
@@ -91,9 +111,12 @@ impl<M: Samples> Kernel for Group<'_, '_, M> {
             }
         }
         let members = &mut members[..count];
-        if members.len() < FEWEST {
+        if members.is_empty() {
+            return (self.stats, None);
+        }
+        if members.len() < FEWEST && !self.limits.rays {
             self.one_by_one::<S>(members);
-            return self.stats;
+            return (self.stats, None);
         }
         let hull = self.hull(members);
         let Groups { list, waiting, .. } = &mut *self.groups;
@@ -101,7 +124,11 @@ impl<M: Samples> Kernel for Group<'_, '_, M> {
         let known = S::call(Gather { list, waiting, bvh, hull: &hull, most: self.limits.whole });
         if known && list.len() <= self.limits.short {
             self.share::<S>(&hull, members, false);
-            return self.stats;
+            return (self.stats, None);
+        }
+        if self.limits.rays {
+            self.stats.left_to_rays += members.len() as u64;
+            return (self.stats, Some(self.answers));
         }
         if members.len() < 4 * FEWEST {
             if known && list.len() <= self.limits.long {
@@ -109,7 +136,7 @@ impl<M: Samples> Kernel for Group<'_, '_, M> {
             } else {
                 self.one_by_one::<S>(members);
             }
-            return self.stats;
+            return (self.stats, None);
         }
         let mut first = 0;
         for last in quarter(self.answers.queries, members) {
@@ -129,7 +156,7 @@ impl<M: Samples> Kernel for Group<'_, '_, M> {
                 self.one_by_one::<S>(members);
             }
         }
-        self.stats
+        (self.stats, None)
     }
 }
 

@@ -7,15 +7,14 @@
 //! receiver to the light. Where even that meets too many triangles, as in foliage, rays are quicker and get the rest.
 //! An empty shaft is a proof that all is lit, and a triangle across all of it that nothing is.
 //!
-//! `auto` answers some groups so and others by rays, whichever has been the quicker in their neighbourhood (`race`).
+//! `auto` gives groups whose shaft holds too many triangles to rays as a whole, at the cost of one look at the hierarchy. Up to
+//! 64 samples, which rays take as one bundle, these are the quicker from some ten triangles for each row of samples on.
 
 mod group;
-mod race;
 #[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use halflight_core::frame::Frame;
 use halflight_core::mask::{MaskBatch, Query};
@@ -30,7 +29,6 @@ use crate::pool::Pool;
 use crate::shaft::{GROUP, Prover};
 use crate::simd::Isa;
 use group::{Answers, Groups};
-use race::{LAP, Races, Way};
 
 /// Queries whose order one task checks.
 const SORTED: usize = 4096;
@@ -40,8 +38,8 @@ const SORTED: usize = 4096;
 pub struct Beam {
     bvh: Arc<Bvh>,
     isa: Isa,
-    /// Times of beams and rays, where either may answer.
-    races: Option<Races>,
+    /// Whether groups with many triangles are left to rays.
+    rays: bool,
     order: Vec<u64>,
     queries: Vec<Query>,
     wanted: Vec<u64>,
@@ -58,7 +56,7 @@ impl Beam {
         Self {
             bvh,
             isa: Isa::best(),
-            races: None,
+            rays: false,
             order: Vec::new(),
             queries: Vec::new(),
             wanted: Vec::new(),
@@ -70,10 +68,10 @@ impl Beam {
         }
     }
 
-    /// Beams or rays, whichever are the quicker where receivers lie, by the clock. The answers do not depend on it, since
-    /// both are exact; what [`VisibilityStats`] counts does.
+    /// Beams where they are quicker and rays elsewhere, by the number of samples and of triangles between receivers and light.
+    /// Both are exact: the answers are the same.
     pub fn or_rays(bvh: Arc<Bvh>) -> Self {
-        Self { races: Some(Races::default()), ..Self::new(bvh) }
+        Self { rays: true, ..Self::new(bvh) }
     }
 
     /// The same backend with another instruction set: the same answers, for comparison.
@@ -102,59 +100,21 @@ impl Beam {
     }
 }
 
-/// Answers all queries, a group or some groups in a row at a time.
+/// Answers all queries, a group at a time.
 fn answer<M: Samples + Send>(
     pool: &Pool<Groups<M>>,
-    races: Option<&Races>,
+    rays: bool,
     isa: Isa,
     all: Answers<'_>,
 ) -> VisibilityStats {
     let Answers { bvh, light, pattern, words, queries, wanted, visible } = all;
-    // As many as leave work for all threads.
-    let fair = queries.len() / GROUP / (4 * rayon::current_num_threads()).max(1);
-    let laps = if races.is_some() { fair.clamp(1, LAP) } else { 1 };
-    let part = |queries, wanted, visible| Answers { bvh, light, pattern, words, queries, wanted, visible };
-    let wanted = wanted.par_chunks(laps * GROUP * words);
-    let visible = visible.par_chunks_mut(laps * GROUP * words);
-    let some = queries.par_chunks(laps * GROUP).zip(wanted).zip(visible);
-    some.map(|((queries, wanted), visible)| {
-        pool.lend(Groups::new, |groups| match races {
-            Some(races) => quickest(groups, races, isa, part(queries, wanted, visible)),
-            None => groups.answer(isa, part(queries, wanted, visible)),
-        })
-    })
-    .sum()
-}
-
-/// Answers some groups in a row, each the way that has been the quicker so far.
-fn quickest<M: Samples>(
-    groups: &mut Groups<M>,
-    races: &Races,
-    isa: Isa,
-    some: Answers<'_>,
-) -> VisibilityStats {
-    let Answers { bvh, light, pattern, words, queries, wanted, visible } = some;
-    // What one query asks for stands for all.
-    let samples = wanted.iter().take(words).map(|word| word.count_ones() as usize).sum();
-    let mut race = races.state(samples);
-    let mut stats = VisibilityStats::default();
-    let parts = wanted.chunks(GROUP * words).zip(visible.chunks_mut(GROUP * words));
-    for (queries, (wanted, visible)) in queries.chunks(GROUP).zip(parts) {
-        let way = race.next();
-        let start = Instant::now();
-        let part = Answers { bvh, light, pattern, words, queries, wanted, visible };
-        stats += match way {
-            Way::Beams => groups.answer(isa, part),
-            Way::Rays => {
-                part.trace(isa);
-                let asked = wanted.chunks(words).filter(|wanted| wanted.iter().any(|&word| word != 0));
-                VisibilityStats { left_to_rays: asked.count() as u64, ..VisibilityStats::default() }
-            }
-        };
-        race.took(way, start.elapsed().as_nanos() as f32 / queries.len() as f32);
-    }
-    races.set(samples, race);
-    stats
+    let parts = wanted.par_chunks(GROUP * words).zip(visible.par_chunks_mut(GROUP * words));
+    let groups = queries.par_chunks(GROUP).zip(parts);
+    let one = |(queries, (wanted, visible))| {
+        let answers = Answers { bvh, light, pattern, words, queries, wanted, visible };
+        pool.lend(Groups::new, |groups| groups.answer(isa, rays, answers))
+    };
+    groups.map(one).sum()
 }
 
 /// Whether queries come tile by tile.
@@ -207,11 +167,10 @@ impl Visibility for Beam {
             if sorted { (&self.queries[..], &self.wanted[..]) } else { (parts.queries, parts.wanted) };
         let visible: &mut [u64] = if sorted { &mut self.visible } else { parts.visible };
         let answers = Answers { bvh: &self.bvh, light: &light, pattern, words, queries, wanted, visible };
-        let races = self.races.as_ref();
         self.stats += if Rows::fit(pattern) {
-            answer(&self.rows, races, self.isa, answers)
+            answer(&self.rows, self.rays, self.isa, answers)
         } else {
-            answer(&self.points, races, self.isa, answers)
+            answer(&self.points, self.rays, self.isa, answers)
         };
         if sorted {
             for (&at, visible) in self.order.iter().zip(self.visible.chunks(words)) {

@@ -65,6 +65,32 @@ fn dense_soup_is_left_to_rays() {
 }
 
 #[test]
+fn groups_with_many_triangles_are_left_to_rays_as_a_whole() {
+    let origins = clusters(512, Vec3::splat(-1.0), Vec3::splat(1.0));
+    let asked = |triangles: usize, pattern, rays: bool| {
+        let scene = scene(&soup(triangles, 0.2), lamp(Vec3::new(0.1, 1.5, 0.0), 1.0));
+        let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
+        let mut beam = if rays { Beam::or_rays(bvh) } else { Beam::new(bvh) };
+        answer(&mut beam, &scene, &mut ask(&origins, pattern, false));
+        beam.stats()
+    };
+    let [of_64, of_16, .., of_256] = patterns().collect::<Vec<_>>()[..] else { panic!("patterns") };
+    for pattern in [of_64, of_16] {
+        let few = asked(3, pattern, true);
+        assert!(few.left_to_rays == 0 && few.lit > 0 && few.listed > 0, "{few:?}");
+        let many = asked(4000, pattern, true);
+        assert!(many.left_to_rays > 256 && many.walked == 0, "{many:?}");
+    }
+    // Fewer samples make rays cheaper.
+    let left =
+        |pattern| [400, 800, 1600].map(|count| asked(count, pattern, true).left_to_rays).iter().sum::<u64>();
+    let (more, fewer) = (left(of_16), left(of_64));
+    assert!(more > fewer, "{more} {fewer}");
+    // More than one bundle of rays is more than beams take.
+    assert_eq!(asked(4000, of_256, true), asked(4000, of_256, false));
+}
+
+#[test]
 fn lights_that_are_tilted_or_touch_cross_and_lie_behind_geometry() {
     let mut tilted = lamp(Vec3::new(0.3, 1.2, -0.2), 0.8);
     (tilted.edge_u, tilted.edge_v) = (Vec3::new(0.7, 0.3, 0.1), Vec3::new(-0.2, 0.5, 0.6));
@@ -151,15 +177,18 @@ fn thin_and_tiny_triangles_do_not_break_a_proof() {
 fn order_and_threads_do_not_matter() {
     let scene = scene(&hall(), lamp(Vec3::new(4.0, 3.8, 8.0), 1.5));
     let origins = clusters(700, Vec3::new(0.1, 0.01, 0.1), Vec3::new(7.9, 2.9, 15.9));
-    let mut beam = Beam::new(Arc::new(Bvh::build(&scene.mesh).unwrap()));
-    let mut on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let mut batch = ask(&origins, patterns().next().unwrap(), true);
-        pool.install(|| answer(&mut beam, &scene, &mut batch))
-    };
-    let alone = on(1);
-    assert_eq!(on(2), alone);
-    assert_eq!(on(8), alone);
+    let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
+    for rays in [false, true] {
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut batch = ask(&origins, patterns().next().unwrap(), true);
+            let mut beam = if rays { Beam::or_rays(bvh.clone()) } else { Beam::new(bvh.clone()) };
+            (pool.install(|| answer(&mut beam, &scene, &mut batch)), beam.stats())
+        };
+        let alone = on(1);
+        assert_eq!(on(2), alone);
+        assert_eq!(on(8), alone);
+    }
 }
 
 #[test]

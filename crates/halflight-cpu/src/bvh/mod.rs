@@ -23,7 +23,7 @@ use halflight_core::scene::{Mesh, MeshError};
 
 pub use rays::BvhRays;
 
-pub(crate) use bundle::Bundle;
+pub(crate) use bundle::{Bundle, RAYS};
 pub(crate) use layout::{Child, Node};
 pub(crate) use nearest::Hits;
 pub(crate) use rays::{Chunk, Tracer};

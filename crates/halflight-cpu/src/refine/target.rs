@@ -57,12 +57,8 @@ pub struct Steps {
 impl Steps {
     /// Those of an error target, or of a fixed error where it is 0.
     pub fn new(target: f32) -> Self {
-        let target = f64::from(target);
-        let unseen = |&level: &usize| target <= 0.0 || UNSEEN[level] <= target / 3.0;
-        match (0..UNSEEN.len()).rev().find(unseen) {
-            Some(level) => Self { level: level as u8, edge: -2.0 },
-            None => Self { level: 0, edge: EDGE },
-        }
+        let level = STEPS.iter().filter(|&&above| target <= 0.0 || target > above).count() as u8;
+        Self { level, edge: if level > 0 { -2.0 } else { EDGE } }
     }
 }
 
@@ -117,9 +113,9 @@ pub(super) struct Plan {
     every: Pattern,
 }
 
-/// What steps hide from their cells' corners, as an NMSE₂, by the level of these; measured on the halls. Coarser ones are never
-/// kept.
-const UNSEEN: [f64; 3] = [0.5e-5, 1e-5, 3e-5];
+/// Targets above which cells of level 1 and 2 are kept across steps: three times what these hide from their corners as an
+/// NMSE₂, measured on the halls. Coarser ones are never kept.
+const STEPS: [f32; 2] = [3e-5, 9e-5];
 
 /// Cosine of the turn at an edge: 37°. Round things turn less from pixel to pixel.
 const EDGE: f32 = 0.8;
@@ -372,9 +368,9 @@ mod tests {
         let torn: Vec<Trial> = trial.iter().map(|one| Trial { torn: 0.5, ..*one }).collect();
         assert!(Plan::reach(1e-5, PatternKind::Jittered, &torn).full.len() > reach(1e-5).full.len());
         // Edges are steps where even pixels at steps are too much.
-        assert!([0.0, 1e-3, 1e-4, 3e-5].iter().all(|&target| Steps::new(target).edge < -1.0));
+        assert!([0.0, 1e-3, 1e-4, 4e-5].iter().all(|&target| Steps::new(target).edge < -1.0));
         assert_eq!([0.0, 1e-4, 4e-5, 2e-5].map(|target| Steps::new(target).level), [2, 2, 1, 0]);
-        assert_eq!(Steps::new(1e-5), Steps { level: 0, edge: EDGE });
+        assert!([3e-5, 1e-5].iter().all(|&target| Steps::new(target) == Steps { level: 0, edge: EDGE }));
         // Darkness takes nothing.
         assert_eq!(Plan::reach(1e-4, PatternKind::Jittered, &[]).full.len(), 16);
     }

@@ -41,8 +41,7 @@ impl Lattice {
             }
             _ => return false,
         }
-        let low = found.iter().copied().fold(f32::INFINITY, f32::min);
-        let high = found.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let (low, high) = range(&found);
         if high - low <= self.plan.error {
             return true;
         }
@@ -87,14 +86,17 @@ impl Lattice {
     fn meets_neighbours(&self, view: &View, cell: Square) -> bool {
         let corners = cell.corners(view.gbuffer);
         let known = corners.pixels().map(|pixel| self.fraction(pixel));
-        corners.edges().all(|(x, y)| {
+        let ((low, high), error) = (range(&known), self.plan.error);
+        let [(x0, y0), ..] = corners.places();
+        corners.all_edges(|x, y| {
             let found = self.fraction(view.gbuffer.index(x, y));
-            if found.is_nan() {
+            // Between corners that are all so near nothing is farther.
+            if found.is_nan() || x >= x0 && y >= y0 && found - low <= error && high - found <= error {
                 return true;
             }
             let expected = corners.interpolate(&view.rise, &known, x, y);
             // Without corners on the pixel's surface there is nothing to compare with.
-            expected.is_nan() || (found - expected).abs() <= self.plan.error
+            expected.is_nan() || (found - expected).abs() <= error
         })
     }
 
@@ -147,4 +149,10 @@ impl Lattice {
         recent.clear();
         self.mending = true;
     }
+}
+
+/// The lowest and the highest fraction.
+fn range(fractions: &[f32; 4]) -> (f32, f32) {
+    let empty = (f32::INFINITY, f32::NEG_INFINITY);
+    fractions.iter().fold(empty, |(low, high), &fraction| (low.min(fraction), high.max(fraction)))
 }

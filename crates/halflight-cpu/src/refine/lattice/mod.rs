@@ -99,7 +99,7 @@ enum Verdict {
 /// them that well. It is split where its corners turn from the lit to the unlit side of the light, and at concave creases
 /// and low steps where one side may shade the other, since contact shadows live there (see [`RiseLimits`]). Along other
 /// steps, silhouettes and creases cells of up to 4 × 4 pixels are kept where each of their pixels has a corner on its own
-/// surface. Targets below 1.5e-5 take sharp convex edges for such steps too, since grooves finer than a pixel lie along
+/// surface. Targets of 3e-5 and below take sharp convex edges for such steps too, since grooves finer than a pixel lie along
 /// them. When all is decided, corners of finer cells on or beside the edges of a kept cell are compared with what it would
 /// have there, and a cell that is off by more than the error is split after all. So no crack between levels is wider than
 /// the error, and a thin shadow that one cell has found is followed through its neighbours. One that passes between all
