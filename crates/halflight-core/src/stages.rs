@@ -59,6 +59,12 @@ pub trait Refiner: Send {
         None
     }
 
+    /// Visible fractions of the last light's first samples, NaN where they have none, as far as the refiner knows them: what
+    /// the ratio estimator gives, which need not be computed again.
+    fn fractions(&self) -> &[f32] {
+        &[]
+    }
+
     /// What was proved of the pixels of the last light, for refiners that ask for proofs.
     fn proofs(&self) -> ProofCounts {
         ProofCounts::default()

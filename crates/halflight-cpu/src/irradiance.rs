@@ -145,8 +145,15 @@ pub fn fraction(light: &AreaLight, batch: &MaskBatch, query: usize) -> Option<f3
     }
 }
 
-/// Computes the value of every sample.
-pub fn evaluate(frame: &Frame, fragments: &Fragments, shading: Shading, values: &mut Vec<Option<f32>>) {
+/// Computes the value of every sample. `known` are the visible fractions of the first of them, NaN where there is none.
+pub fn evaluate(
+    frame: &Frame,
+    fragments: &Fragments,
+    shading: Shading,
+    known: &[f32],
+    values: &mut Vec<Option<f32>>,
+) {
+    let known = if shading == Shading::Ratio { known } else { &[] };
     let light = frame.light(fragments.light());
     let area = light.area();
     let value = |sample: &Sample| {
@@ -167,5 +174,9 @@ pub fn evaluate(frame: &Frame, fragments: &Fragments, shading: Shading, values: 
             Shading::Ratio => sums(Needed::Both).fraction(),
         }
     };
-    fragments.samples().par_iter().with_min_len(256).map(value).collect_into_vec(values);
+    let value = |(index, sample): (usize, &Sample)| match known.get(index) {
+        Some(&fraction) => (!fraction.is_nan()).then_some(fraction),
+        None => value(sample),
+    };
+    fragments.samples().par_iter().enumerate().with_min_len(256).map(value).collect_into_vec(values);
 }

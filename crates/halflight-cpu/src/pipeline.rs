@@ -418,7 +418,8 @@ impl State {
             stats.proofs += refiner.proofs();
             expected = expected.zip(refiner.expected_error()).map(|(sum, error)| sum + error);
 
-            irradiance::evaluate(&frame, &buffers.fragments, builder.shading, &mut buffers.values);
+            let (fragments, known) = (&buffers.fragments, refiner.fractions());
+            irradiance::evaluate(&frame, fragments, builder.shading, known, &mut buffers.values);
             stats.stages_ms.irradiance += lap(&mut clock);
             upsampler.upsample(&frame, &buffers.fragments, &buffers.values, &mut buffers.plane);
             stats.stages_ms.upsample += lap(&mut clock);

@@ -14,6 +14,7 @@ use halflight_core::stages::{Refiner, Visibility};
 use super::place::fragment_point;
 use super::sfvt_gass::Verdict;
 use super::*;
+use crate::irradiance::{self, Shading};
 
 const SIXTEEN: Pattern = Pattern { kind: PatternKind::Grid, columns: 4, rows: 4 };
 
@@ -47,22 +48,23 @@ impl Floor {
         Self { scene: Scene { lights: vec![light], ..Scene::default() }, gbuffer, pyramid }
     }
 
-    fn refine(&self, refiner: &mut dyn Refiner, seen: impl Fn(u32, u32) -> u64 + Send) -> (Fragments, u64) {
-        let pattern = Pattern { kind: PatternKind::Grid, columns: 8, rows: 8 };
-        let (gbuffer, pyramid) = (&self.gbuffer, &self.pyramid);
-        let frame = Frame {
+    fn frame(&self) -> Frame<'_> {
+        Frame {
             scene: &self.scene,
-            gbuffer,
-            pyramid,
-            pattern,
+            gbuffer: &self.gbuffer,
+            pyramid: &self.pyramid,
+            pattern: Pattern { kind: PatternKind::Grid, columns: 8, rows: 8 },
             sharing: Sharing::Frame,
             index: 0,
             seed: 0,
-        };
+        }
+    }
+
+    fn refine(&self, refiner: &mut dyn Refiner, seen: impl Fn(u32, u32) -> u64 + Send) -> (Fragments, u64) {
         let mut fragments = Fragments::default();
-        fragments.reset(gbuffer.width, gbuffer.height, 0);
+        fragments.reset(self.gbuffer.width, self.gbuffer.height, 0);
         let mut painted = Painted { seen, rays: 0 };
-        refiner.refine(&frame, 0, &mut painted, &mut fragments);
+        refiner.refine(&self.frame(), 0, &mut painted, &mut fragments);
         fragments.validate().unwrap();
         (fragments, painted.rays)
     }
@@ -303,6 +305,36 @@ fn where_most_pixels_would_be_traced_all_are() {
     let (fragments, _) =
         floor.refine(&mut Lattice::new(config), |x, y| if x < 40 { torn(x, y) } else { u64::MAX });
     assert!(fragments.cells().iter().any(|cell| cell.level == 3));
+}
+
+#[test]
+fn fractions_that_are_known_are_those_of_the_masks() {
+    let mut floor = Floor::new(128, 64);
+    // Some look away from the light and have no fraction.
+    floor.gbuffer.normal[..128 * 9].fill(-Vec3::Y);
+    let ramp = |x: u32, y: u32| first((x + y % 7).saturating_sub(32));
+    let torn = |x: u32, y: u32| if ((x * 7919) ^ (y * 104_729)) % 97 < 48 { 0xff } else { u64::MAX };
+    for target in [0.0, 1e-3, 1e-6] {
+        let config = LatticeConfig { target, ..LatticeConfig::default() };
+        for seen in [&ramp as &(dyn Fn(u32, u32) -> u64 + Sync), &torn] {
+            let mut refiner = Lattice::new(config);
+            let (fragments, _) = floor.refine(&mut refiner, |x, y| seen(x, y));
+            let values = |shading, known: &[f32]| {
+                let mut values = Vec::new();
+                irradiance::evaluate(&floor.frame(), &fragments, shading, known, &mut values);
+                values
+            };
+            let known = refiner.fractions();
+            assert!(known.iter().any(|fraction| fraction.is_nan()) && known.contains(&1.0));
+            assert_eq!(values(Shading::Ratio, known), values(Shading::Ratio, &[]), "{target}");
+            // They are indeed taken, as far as they go, and for nothing else.
+            let wrong = [0.25; 40];
+            let taken = values(Shading::Ratio, &wrong);
+            assert!(taken[..40].iter().all(|&value| value == Some(0.25)));
+            assert_eq!(taken[40..], values(Shading::Ratio, &[])[40..]);
+            assert_eq!(values(Shading::Sampled, &wrong), values(Shading::Sampled, &[]));
+        }
+    }
 }
 
 #[test]

@@ -455,6 +455,10 @@ impl Refiner for Lattice {
         self.expected
     }
 
+    fn fractions(&self) -> &[f32] {
+        &self.fractions
+    }
+
     fn proofs(&self) -> ProofCounts {
         self.proved
     }
