@@ -247,7 +247,7 @@ fn fractions(floor: &Floor, fragments: &Fragments) -> Vec<Option<f32>> {
         let place = &mut known[sample.pixel as usize];
         assert!(place.is_none(), "pixel {} was traced twice", sample.pixel);
         let batch = fragments.batch(sample.batch);
-        *place = crate::irradiance::fraction(&floor.scene.lights[0], batch, sample.first as usize);
+        *place = irradiance::fraction(&floor.scene.lights[0], batch, sample.first as usize);
     }
     known
 }
@@ -318,7 +318,7 @@ fn fractions_that_are_known_are_those_of_the_masks() {
         let config = LatticeConfig { target, ..LatticeConfig::default() };
         for seen in [&ramp as &(dyn Fn(u32, u32) -> u64 + Sync), &torn] {
             let mut refiner = Lattice::new(config);
-            let (fragments, _) = floor.refine(&mut refiner, |x, y| seen(x, y));
+            let (fragments, _) = floor.refine(&mut refiner, seen);
             let values = |shading, known: &[f32]| {
                 let mut values = Vec::new();
                 irradiance::evaluate(&floor.frame(), &fragments, shading, known, &mut values);
