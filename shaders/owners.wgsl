@@ -12,39 +12,35 @@ var<workgroup> counts: array<atomic<u32>, 8>;
 var<workgroup> top: atomic<u32>;
 
 @compute @workgroup_size(8, 8)
-fn own(
-    @builtin(global_invocation_id) at: vec3<u32>,
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    if at.x < frame.width && at.y < frame.height {
+fn own(here: Tile) {
+    if here.at.x < frame.width && here.at.y < frame.height {
         var owner = NONE;
         for (var level = 0u; level <= frame.coarsest; level++) {
-            let cell = at.xy >> vec2(level);
+            let cell = here.at.xy >> vec2(level);
             let kept = cells[cell_index(level, cell)].kept;
             if kept == 0u {
                 continue;
             }
             owner = level;
-            if all(cell << vec2(level) == at.xy) {
+            if all(cell << vec2(level) == here.at.xy) {
                 atomicAdd(&counts[level], 1u);
                 atomicMax(&top, level);
                 if kept == KEPT_MORE {
-                    atomicAdd(&counts[0], further_samples(at.xy, level));
+                    atomicAdd(&counts[0], further_samples(here.at.xy, level));
                 }
             }
         }
-        owners[at.y * frame.width + at.x] = owner;
+        owners[here.at.y * frame.width + here.at.x] = owner;
     }
     workgroupBarrier();
-    if COUNTED && lane < LEVELS {
-        let bucket = TALLY + (PER_LEVEL + lane) * BUCKETS + (workgroup.x + 7u * workgroup.y) % BUCKETS;
-        let count = atomicLoad(&counts[lane]);
+    if COUNTED && here.lane < LEVELS {
+        let bucket = TALLY + (PER_LEVEL + here.lane) * BUCKETS + (here.workgroup.x + 7u * here.workgroup.y) % BUCKETS;
+        let count = atomicLoad(&counts[here.lane]);
         if count > 0u {
             atomicAdd(&counters[bucket], count);
         }
     }
-    if lane == 0u {
+    if here.lane == 0u {
         atomicMax(&counters[TOP], atomicLoad(&top));
     }
 }

@@ -3,21 +3,17 @@
 //@ writes samples owners
 
 @compute @workgroup_size(8, 8)
-fn full(
-    @builtin(global_invocation_id) at: vec3<u32>,
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let pixel = at.y * frame.width + at.x;
-    var asks = at.x < frame.width && at.y < frame.height;
+fn full(here: Tile) {
+    let pixel = here.at.y * frame.width + here.at.x;
+    var asks = here.at.x < frame.width && here.at.y < frame.height;
     if asks {
         asks = is_receiver(pixel);
-        samples[pixel] = Sample(vec2<f32>(at.xy) + 0.5, NO_VALUE, pixel);
+        samples[pixel] = Sample(vec2<f32>(here.at.xy) + 0.5, NO_VALUE, pixel);
         owners[pixel] = select(NONE, 0u, asks);
     }
-    let slot = append(lane, asks, QUERIES, frame.capacity);
-    if lane == 0u {
-        atomicAdd(&counters[pixel_bucket(workgroup)], appended());
+    let slot = append(here.lane, asks, QUERIES, frame.capacity);
+    if here.lane == 0u {
+        atomicAdd(&counters[pixel_bucket(here.workgroup)], appended());
     }
     if slot == NONE {
         return;

@@ -7,17 +7,13 @@
 override COUNTED: u32 = 1u;
 
 @compute @workgroup_size(8, 8)
-fn ask(
-    @builtin(global_invocation_id) at: vec3<u32>,
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let place = min(at.xy << vec2(frame.level), vec2(frame.width, frame.height) - 1u);
+fn ask(here: Tile) {
+    let place = min(here.at.xy << vec2(frame.level), vec2(frame.width, frame.height) - 1u);
     let pixel = place.y * frame.width + place.x;
-    let asks = is_wanted(at.xy) && is_receiver(pixel) && cells[pixel].slot == 0u;
-    let slot = append(lane, asks, QUERIES, frame.capacity);
-    if lane == 0u && COUNTED == 1u {
-        atomicAdd(&counters[pixel_bucket(workgroup)], appended());
+    let asks = is_wanted(here.at.xy) && is_receiver(pixel) && cells[pixel].slot == 0u;
+    let slot = append(here.lane, asks, QUERIES, frame.capacity);
+    if here.lane == 0u && COUNTED == 1u {
+        atomicAdd(&counters[pixel_bucket(here.workgroup)], appended());
     }
     if slot == NONE {
         return;

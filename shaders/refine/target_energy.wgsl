@@ -3,14 +3,10 @@
 //@ reads image
 
 @compute @workgroup_size(8, 8)
-fn measure(
-    @builtin(global_invocation_id) at: vec3<u32>,
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn measure(here: Tile) {
     var bright = 0.0;
-    if at.x < frame.width && at.y < frame.height {
-        bright = luminance(image[at.y * frame.width + at.x].xyz);
+    if here.at.x < frame.width && here.at.y < frame.height {
+        bright = luminance(image[here.at.y * frame.width + here.at.x].xyz);
     }
-    add_up(lane, workgroup, bright * bright);
+    add_up(here, bright * bright);
 }

@@ -7,21 +7,17 @@
 const CURVATURE: f32 = 0.06;
 
 @compute @workgroup_size(8, 8)
-fn expect(
-    @builtin(global_invocation_id) at: vec3<u32>,
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn expect(here: Tile) {
     var share = 0.0;
-    if at.x < frame.width && at.y < frame.height {
-        let level = owners[pixel_of(at.xy)];
+    if here.at.x < frame.width && here.at.y < frame.height {
+        let level = owners[pixel_of(here.at.xy)];
         // The first pixel of a cell speaks for it.
-        if level != NONE && all(((at.xy >> vec2(level)) << vec2(level)) == at.xy) {
-            share = expected(level, at.xy);
+        if level != NONE && all(((here.at.xy >> vec2(level)) << vec2(level)) == here.at.xy) {
+            share = expected(level, here.at.xy);
         }
     }
     let power = luminance(frame.radiance);
-    add_up(lane, workgroup, share * power * power);
+    add_up(here, share * power * power);
 }
 
 fn expected(level: u32, first: vec2<u32>) -> f32 {

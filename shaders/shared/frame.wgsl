@@ -95,6 +95,13 @@ struct Lane {
     @builtin(local_invocation_index) index: u32,
 }
 
+// Where an invocation is in a dispatch of tiles of 8 × 8, a workgroup each.
+struct Tile {
+    @builtin(global_invocation_id) at: vec3<u32>,
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+}
+
 // The number of its workgroup.
 fn group_of(here: Lane) -> u32 {
     return here.workgroup.y * here.workgroups.x + here.workgroup.x;

@@ -4,17 +4,17 @@
 var<workgroup> tile_shares: array<f32, 64>;
 
 // Sets what the tile adds up to. All of a workgroup must call it, once.
-fn add_up(lane: u32, workgroup: vec3<u32>, share: f32) {
-    tile_shares[lane] = share;
+fn add_up(here: Tile, share: f32) {
+    tile_shares[here.lane] = share;
     workgroupBarrier();
-    if lane > 0u {
+    if here.lane > 0u {
         return;
     }
     var sum = 0.0;
     for (var other = 0u; other < 64u; other++) {
         sum += tile_shares[other];
     }
-    tile_sums[workgroup.y * ((frame.width + 7u) / 8u) + workgroup.x] = sum;
+    tile_sums[here.workgroup.y * ((frame.width + 7u) / 8u) + here.workgroup.x] = sum;
 }
 
 fn luminance(rgb: vec3<f32>) -> f32 {
