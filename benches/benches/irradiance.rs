@@ -24,7 +24,13 @@ fn bench(c: &mut Criterion) {
         let mut values = Vec::new();
         group.bench_function(format!("samples/{refiner}"), |b| {
             b.iter(|| {
-                halflight::irradiance::evaluate(&frame, pipeline.fragments(), Shading::Ratio, &mut values);
+                halflight::irradiance::evaluate(
+                    &frame,
+                    pipeline.fragments(),
+                    Shading::Ratio,
+                    &[],
+                    &mut values,
+                );
             });
         });
     }

@@ -49,7 +49,7 @@ pub(crate) fn values(twins: &Twins, shading: Shading) -> Vec<Option<f32>> {
         seed: 0,
     };
     let mut values = Vec::new();
-    irradiance::evaluate(&frame, twins.cpu.fragments(), shading, &mut values);
+    irradiance::evaluate(&frame, twins.cpu.fragments(), shading, &[], &mut values);
     values
 }
 
