@@ -76,7 +76,7 @@ mod tests {
             ("scaling-pixels", 2 * 4, 3),
             ("scaling-samples", 2, 3 * 4 + 2 * 4),
             ("scaling-triangles", 3 * 6, 3 + 2),
-            ("targets", 8, 1 + 2 * 4 + 2 + 5 + 2 * 2 + 2 + 1 + 1),
+            ("targets", 8, 1 + 2 * 4 + 6 + 5 + 2 * 2 + 2 + 1 + 1),
             ("thresholds", 1, (6 + 5 + 1 + 3) * 10 + 6),
             ("tiles", 2, 3 * 2),
             ("visibility", 4, 3 * 4),
