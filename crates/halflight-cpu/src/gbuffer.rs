@@ -1,11 +1,12 @@
 //! The G-buffer: what each pixel's centre sees, found by bundles of primary rays.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec3Swizzles as _};
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_core::scene::{Camera, Mesh, Scene, Texture};
 use rayon::prelude::*;
 
 use crate::bvh::{Bundle, Bvh, Hits, STACK};
+use crate::occluder::exact::Ray;
 use crate::occluder::{barycentric, corner_weights};
 use crate::simd::{Isa, Kernel, Simd};
 
@@ -17,8 +18,11 @@ const SURFACES: usize = 16;
 
 /// Fills `out` with the nearest surface at every pixel centre. `bvh` must be built over `scene`'s mesh.
 ///
-/// Ray parameters are distances along the view direction, so they are the depths. Positions are interpolated from the
-/// triangle's corners: far from the eye that is more accurate than a point on the ray.
+/// Whether a ray meets a triangle, and which of two it meets first, is decided in exact arithmetic for the ray from the eye
+/// along the pixel's direction in single precision. Shared edges are watertight. Of surfaces that a ray meets in the same
+/// point (coplanar ones, or ones that touch there) the triangle with the lowest index is seen. Triangles seen edge-on are
+/// not. Ray parameters are distances along the view direction, so they are the depths; they and the positions are rounded
+/// once, from double precision.
 pub fn trace(bvh: &Bvh, scene: &Scene, width: u32, height: u32, out: &mut GBuffer) {
     trace_with(Isa::best(), bvh, scene, width, height, out);
 }
@@ -50,35 +54,36 @@ pub struct View {
     /// Where they start.
     pub eye: Vec3,
     /// Direction through the top left corner of the image, one unit along the view direction.
-    pub corner: Vec3,
+    pub corner: DVec3,
     /// One pixel to the right.
-    pub right: Vec3,
+    pub right: DVec3,
     /// One pixel down.
-    pub down: Vec3,
+    pub down: DVec3,
     width: usize,
 }
 
 impl View {
     /// The rays of a camera for an image of this size. A camera without a direction gets one.
     pub fn new(camera: &Camera, width: u32, height: u32) -> Self {
-        let forward = (camera.target - camera.eye).normalize_or(Vec3::NEG_Z);
-        let right =
-            forward.cross(camera.up).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
+        let [eye, target, up] = [camera.eye, camera.target, camera.up].map(Vec3::as_dvec3);
+        let forward = (target - eye).normalize_or(DVec3::NEG_Z);
+        let right = forward.cross(up).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
         let up = right.cross(forward);
-        let half_height = (camera.fov_y_deg.to_radians() * 0.5).tan();
-        let half_width = half_height * width as f32 / height as f32;
+        let half_height = (f64::from(camera.fov_y_deg).to_radians() * 0.5).tan();
+        let half_width = half_height * f64::from(width) / f64::from(height);
         Self {
             eye: camera.eye,
             corner: forward - right * half_width + up * half_height,
-            right: right * (2.0 * half_width / width as f32),
-            down: up * (-2.0 * half_height / height as f32),
+            right: right * (2.0 * half_width / f64::from(width)),
+            down: up * (-2.0 * half_height / f64::from(height)),
             width: width as usize,
         }
     }
 
+    /// Returns the direction through a pixel's centre, one unit along the view direction.
     #[inline(always)]
-    fn direction(&self, x: usize, y: usize) -> Vec3 {
-        self.corner + self.right * (x as f32 + 0.5) + self.down * (y as f32 + 0.5)
+    pub fn direction(&self, x: usize, y: usize) -> Vec3 {
+        (self.corner + self.right * (x as f64 + 0.5) + self.down * (y as f64 + 0.5)).as_vec3()
     }
 }
 
@@ -94,7 +99,7 @@ struct Rows<'a> {
 
 impl Rows<'_> {
     #[inline(always)]
-    fn write(&mut self, pixel: usize, mesh: &Mesh, d: Vec3, t: f32, seen: &Surface) {
+    fn write(&mut self, pixel: usize, mesh: &Mesh, eye: Vec3, d: Vec3, seen: &Surface) {
         if seen.triangle == NO_PRIMITIVE {
             self.depth[pixel] = f32::INFINITY;
             self.position[pixel] = Vec3::ZERO;
@@ -103,14 +108,16 @@ impl Rows<'_> {
             self.primitive[pixel] = NO_PRIMITIVE;
             return;
         }
-        let [a, b, c] = seen.corners;
-        let (second, third) = barycentric(&seen.weights, d);
-        self.depth[pixel] = t;
-        self.position[pixel] = a + ((b - a) * second + (c - a) * third);
+        let t = seen.parameter(eye, d);
+        self.depth[pixel] = t as f32;
+        self.position[pixel] = (eye.as_dvec3() + d.as_dvec3() * t).as_vec3();
         self.normal[pixel] = if seen.normal.dot(d) > 0.0 { -seen.normal } else { seen.normal };
         self.albedo[pixel] = match seen.texture {
             None => seen.albedo,
-            Some(texture) => seen.albedo * texel(mesh, texture, seen.triangle, second, third),
+            Some(texture) => {
+                let (second, third) = barycentric(&corner_weights(seen.corners, eye), d);
+                seen.albedo * texel(mesh, texture, seen.triangle, second, third)
+            }
         };
         self.primitive[pixel] = seen.triangle;
     }
@@ -121,7 +128,13 @@ impl Rows<'_> {
 struct Surface {
     triangle: u32,
     corners: [Vec3; 3],
-    weights: [Vec3; 3],
+    /// Product of two edges.
+    cross: DVec3,
+    /// Distance of the triangle's plane from the eye, times the product's length.
+    distance: f64,
+    /// Bound on the error of products of directions and the product of edges, times 2³². Infinite where the distance is
+    /// not known that well.
+    error: DVec3,
     normal: Vec3,
     albedo: Vec3,
     texture: Option<u32>,
@@ -131,7 +144,9 @@ impl Surface {
     const NONE: Self = Self {
         triangle: NO_PRIMITIVE,
         corners: [Vec3::ZERO; 3],
-        weights: [Vec3::ZERO; 3],
+        cross: DVec3::ZERO,
+        distance: 0.0,
+        error: DVec3::ZERO,
         normal: Vec3::ZERO,
         albedo: Vec3::ZERO,
         texture: None,
@@ -143,14 +158,32 @@ impl Surface {
         }
         let corners = mesh.corners(triangle as usize);
         let material = &mesh.materials[mesh.material_ids[triangle as usize] as usize];
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        let (u, v, away) = (b - a, c - a, a - eye.as_dvec3());
+        let (plus, minus) = (u.yzx() * v.zxy(), u.zxy() * v.yzx());
+        let (cross, error) = (plus - minus, (plus.abs() + minus.abs()) * 2f64.powi(-16));
+        let distance = cross.dot(away);
+        let known = distance.abs() > error.dot(away.abs());
         Self {
             triangle,
             corners,
-            weights: corner_weights(corners, eye),
+            cross,
+            distance,
+            error: if known { error } else { DVec3::INFINITY },
             normal: geometric_normal(corners),
             albedo: material.albedo,
             texture: material.texture,
         }
+    }
+
+    /// The parameter at which the ray along `d` meets the triangle, wrong by a 2⁻³²nd of itself at most.
+    #[inline(always)]
+    fn parameter(&self, eye: Vec3, d: Vec3) -> f64 {
+        let along = self.cross.dot(d.as_dvec3());
+        if along.abs() > self.error.dot(d.as_dvec3().abs()) {
+            return self.distance / along;
+        }
+        Ray { origin: eye, d }.parameter(self.corners)
     }
 }
 
@@ -223,7 +256,7 @@ impl Kernel for Band<'_> {
                 if triangle != seen.triangle {
                     *seen = Surface::new(self.mesh, self.view.eye, triangle);
                 }
-                self.rows.write(pixel, self.mesh, d, hits.t[ray], seen);
+                self.rows.write(pixel, self.mesh, self.view.eye, d, seen);
             }
         }
     }

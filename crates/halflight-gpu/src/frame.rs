@@ -108,9 +108,9 @@ impl Frame {
         let half_angle = camera.fov_y_deg.to_radians() * 0.5;
         Self {
             eye: view.eye.to_array(),
-            corner: view.corner.to_array(),
-            right: view.right.to_array(),
-            down: view.down.to_array(),
+            corner: view.corner.as_vec3().to_array(),
+            right: view.right.as_vec3().to_array(),
+            down: view.down.as_vec3().to_array(),
             width,
             height,
             scene_size,

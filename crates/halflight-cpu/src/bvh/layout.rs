@@ -69,7 +69,7 @@ impl Node {
     }
 
     /// Sets a child's box, already padded.
-    pub(super) fn set_bounds(&mut self, slot: usize, low: Vec3, high: Vec3) {
+    pub(super) fn set_bounds(&mut self, slot: usize, (low, high): (Vec3, Vec3)) {
         for axis in 0..3 {
             self.low[axis][slot] = low[axis];
             self.high[axis][slot] = high[axis];
@@ -78,7 +78,7 @@ impl Node {
 
     fn fill(&mut self, slot: usize, bounds: &Aabb, padding: f32, child: u32) {
         let [low, high] = [bounds.min, bounds.max].map(|corner| Vec3::new(corner[0], corner[1], corner[2]));
-        self.set_bounds(slot, low - padding, high + padding);
+        self.set_bounds(slot, padded(low, high, padding));
         self.children[slot] = child;
         self.occupied |= 1 << slot;
     }
@@ -94,6 +94,12 @@ impl Child {
     pub(crate) fn decode(child: u32) -> Self {
         if child & BLOCK == 0 { Self::Node(child) } else { Self::Block(child & !BLOCK) }
     }
+}
+
+/// A box enlarged by at least `padding` on all sides, and by a unit in the last place of its corners.
+pub(super) fn padded(low: Vec3, high: Vec3, padding: f32) -> (Vec3, Vec3) {
+    let (low, high) = ((low - padding).to_array(), (high + padding).to_array());
+    (Vec3::from_array(low.map(f32::next_down)), Vec3::from_array(high.map(f32::next_up)))
 }
 
 /// Nodes and blocks. Node 0 is the root.

@@ -129,10 +129,9 @@ impl Extent {
         Ok(Self { diagonal: (high - low).length(), largest: low.abs().max(high.abs()).max_element() })
     }
 
-    /// By how much boxes are larger than what is in them. Box tests are wrong by a few units in the last place of the
-    /// distance to the ray's origin, which lies on or near the geometry; far from the world's origin the boxes' own
-    /// coordinates are coarser still.
+    /// By how much boxes are larger than what is in them, before they are rounded outwards: next to nothing, for rays that
+    /// run in a box's side.
     fn padding(self) -> f32 {
-        (self.diagonal * 2f32.powi(-17)).max(self.largest * 2f32.powi(-21))
+        self.largest * 2f32.powi(-40)
     }
 }

@@ -1,24 +1,40 @@
-//! Primary rays: the nearest hits of a bundle.
+//! Primary rays: the closest hits of a bundle.
+
+use std::cmp::Ordering;
 
 use super::Bvh;
 use super::bundle::{Bundle, RAYS};
 use super::layout::Child;
 use super::slab::Shaft;
 use super::stack::{STACK, push_sorted};
-use crate::occluder::{Block, Planes, Vector};
+use crate::occluder::{Targets, Vector, exact};
 use crate::simd::{Lanes, Simd};
 
-/// The nearest hit of every ray of a bundle.
+/// Bound on the relative error of a parameter that was rounded to single precision.
+const ROUNDED: f32 = 1.0 / 4_194_304.0;
+
+/// The closest hit of every ray of a bundle.
 pub(crate) struct Hits {
-    /// Ray parameter; infinite for a miss.
+    /// Ray parameters; infinite for a miss.
     pub(crate) t: [f32; RAYS],
-    /// Triangle; `u32::MAX` for a miss.
+    /// Bounds on them.
+    least: [f32; RAYS],
+    most: [f32; RAYS],
+    /// Block and lane of each triangle: eight times the one plus the other.
+    place: [u32; RAYS],
+    /// Triangles in the mesh; `u32::MAX` for a miss.
     pub(crate) triangle: [u32; RAYS],
 }
 
 impl Hits {
     pub(crate) fn new() -> Self {
-        Self { t: [f32::INFINITY; RAYS], triangle: [u32::MAX; RAYS] }
+        Self {
+            t: [f32::INFINITY; RAYS],
+            least: [f32::INFINITY; RAYS],
+            most: [f32::INFINITY; RAYS],
+            place: [0; RAYS],
+            triangle: [u32::MAX; RAYS],
+        }
     }
 }
 
@@ -39,8 +55,8 @@ fn farthest<L: Lanes>(t: &[f32; RAYS], count: usize) -> f32 {
 }
 
 impl Bvh {
-    /// The nearest triangle that each ray of a finished bundle meets at t > 0; of several at the same t the one with
-    /// the lowest index.
+    /// Finds the closest triangle that each ray of a finished bundle meets, as [`exact::Ray`] decides it. Of several that
+    /// a ray meets in the same point, which lie in one plane or touch there, the one with the lowest index counts.
     #[inline(always)]
     pub(crate) fn nearest<S: Simd>(&self, bundle: &Bundle, stack: &mut [(u32, f32); STACK], hits: &mut Hits) {
         *hits = Hits::new();
@@ -48,6 +64,7 @@ impl Bvh {
             return;
         }
         let shaft = Shaft::new(bundle.origin, bundle.low, bundle.high);
+        let mut targets = Targets::new();
         let mut end = f32::INFINITY;
         stack[0] = (0, 0.0);
         let mut waiting = 1;
@@ -65,52 +82,85 @@ impl Bvh {
                     waiting = push_sorted(node, mask & node.occupied(), enter, stack, waiting);
                 }
                 Child::Block(index) => {
-                    if self.nearest_in_block::<S>(&self.blocks[index as usize], bundle, &shaft, hits) {
-                        end = farthest::<S::Wide>(&hits.t, bundle.count);
+                    if self.nearest_in_block::<S>(index, bundle, &mut targets, hits) {
+                        end = farthest::<S::Wide>(&hits.most, bundle.count) * (1.0 + ROUNDED);
                     }
                 }
             }
         }
     }
 
-    /// Whether any ray found a nearer hit in a block. Rays within rounding of an edge hit both its triangles, so that
-    /// none passes between them.
+    /// Returns whether any ray found a closer hit in a block.
     #[inline(always)]
     fn nearest_in_block<S: Simd>(
         &self,
-        block: &Block,
+        index: u32,
         bundle: &Bundle,
-        shaft: &Shaft,
-        nearest: &mut Hits,
+        targets: &mut Targets,
+        hits: &mut Hits,
     ) -> bool {
-        let mut planes = Planes::new();
-        let mut within = shaft.within::<S>(block, false, &mut planes);
+        let block = &self.blocks[index as usize];
+        let mut within = targets.set::<S::Eight>(block, bundle.origin, bundle.low, bundle.high);
         let width = S::Wide::WIDTH;
-        let mut found = false;
+        let mut any = false;
         while within != 0 {
             let lane = within.trailing_zeros() as usize;
             within &= within - 1;
-            let facet = planes.facet::<S::Wide>(lane);
+            let target = targets.target::<S::Wide>(lane);
             for at in (0..bundle.count).step_by(width) {
-                let best = S::Wide::load(&nearest.t[at..]);
-                let (hits, t) = facet.nearest(Vector::load(&bundle.d, at), best);
-                if hits == 0 {
+                let (least, most) = (S::Wide::load(&hits.least[at..]), S::Wide::load(&hits.most[at..]));
+                let found = target.find(Vector::load(&bundle.d, at), least, most);
+                let valid = ((1u64 << (bundle.count - at).min(width)) - 1) as u32;
+                let may = found.may & valid;
+                if may == 0 {
                     continue;
                 }
-                found = true;
-                let closer = hits & t.lt(best);
-                best.select(closer, t).store(&mut nearest.t[at..]);
-                let mut left = hits;
-                while left != 0 {
-                    let slot = left.trailing_zeros();
-                    left &= left - 1;
-                    let triangle = &mut nearest.triangle[at + slot as usize];
-                    if closer >> slot & 1 == 1 || block.triangle(lane) < *triangle {
-                        *triangle = block.triangle(lane);
+                any = true;
+                let place = index << 3 | lane as u32;
+                let surely = found.surely & valid;
+                if surely != 0 {
+                    S::Wide::load(&hits.t[at..]).select(surely, found.t).store(&mut hits.t[at..]);
+                    least.select(surely, found.least).store(&mut hits.least[at..]);
+                    most.select(surely, found.most).store(&mut hits.most[at..]);
+                    let mut left = surely;
+                    while left != 0 {
+                        let ray = at + left.trailing_zeros() as usize;
+                        left &= left - 1;
+                        (hits.place[ray], hits.triangle[ray]) = (place, block.triangle(lane));
                     }
+                }
+                let mut open = may & !surely;
+                while open != 0 {
+                    let ray = at + open.trailing_zeros() as usize;
+                    open &= open - 1;
+                    self.decide(bundle, ray, place, hits);
                 }
             }
         }
-        found
+        any
+    }
+
+    /// Decides in exact arithmetic whether a triangle is closer than a ray's closest hit so far.
+    #[cold]
+    #[inline(never)]
+    fn decide(&self, bundle: &Bundle, number: usize, place: u32, hits: &mut Hits) {
+        let at = |place: u32| (&self.blocks[(place >> 3) as usize], (place & 7) as usize);
+        let (block, lane) = at(place);
+        let ray = exact::Ray { origin: bundle.origin, d: bundle.direction(number) };
+        let (corners, triangle) = (block.triangle_corners(lane), block.triangle(lane));
+        if !ray.meets(corners) {
+            return;
+        }
+        if hits.triangle[number] != u32::MAX {
+            let (block, lane) = at(hits.place[number]);
+            let order = ray.compare(corners, block.triangle_corners(lane));
+            if order.then(triangle.cmp(&hits.triangle[number])) != Ordering::Less {
+                return;
+            }
+        }
+        let t = ray.parameter(corners) as f32;
+        hits.t[number] = t;
+        (hits.least[number], hits.most[number]) = (t * (1.0 - ROUNDED), t * (1.0 + ROUNDED));
+        (hits.place[number], hits.triangle[number]) = (place, triangle);
     }
 }

@@ -4,7 +4,7 @@ use glam::Vec3;
 use halflight_core::scene::Mesh;
 use rayon::prelude::*;
 
-use super::layout::{Child, Node};
+use super::layout::{Child, Node, padded};
 use super::{Bvh, BvhError, Extent};
 
 /// A refitted hierarchy that costs more than this many times what it did is not worth having.
@@ -57,7 +57,7 @@ impl Bvh {
                     Child::Node(child) => around[child as usize],
                     Child::Block(block) => boxes[block as usize],
                 };
-                node.set_bounds(slot, bounds.low, bounds.high);
+                node.set_bounds(slot, (bounds.low, bounds.high));
                 around[index] = around[index].joined(bounds);
             }
         }
@@ -99,6 +99,7 @@ impl Bounds {
     }
 
     fn padded(self, padding: f32) -> Self {
-        Self { low: self.low - padding, high: self.high + padding }
+        let (low, high) = padded(self.low, self.high, padding);
+        Self { low, high }
     }
 }

@@ -178,7 +178,7 @@ impl Bvh {
         rays: u64,
     ) -> u64 {
         let mut planes = Planes::new();
-        let mut within = shaft.within::<S>(block, true, &mut planes);
+        let mut within = shaft.within::<S>(block, &mut planes);
         let width = S::Wide::WIDTH;
         let mut left = rays;
         while within != 0 && left != 0 {

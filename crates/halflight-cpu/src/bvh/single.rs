@@ -54,9 +54,10 @@ impl Kernel for Segment<'_> {
                 }
                 Child::Block(index) => {
                     let block = &bvh.blocks[index as usize];
-                    let (may, surely) = Facets::new(block, from, along.abs()).shadow(along);
-                    let mut may = may & block.occupied();
-                    if surely != 0 {
+                    let facets = Facets::new(block, origin, along.abs());
+                    let (may, surely) = facets.shadow(along);
+                    let mut may = may & facets.occupied;
+                    if may & surely != 0 {
                         return true;
                     }
                     while may != 0 {

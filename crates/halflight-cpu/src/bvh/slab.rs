@@ -1,13 +1,18 @@
 //! The box test, for one ray and for all rays between two.
 //!
-//! A ray enters a box when the spans of its parameter over the three slabs, and 0 … end, overlap. Rounding moves the
-//! spans by a few units in the last place of the distance to the box; boxes are padded by far more, so that a ray that
-//! meets a triangle is found to enter every box around it.
+//! A ray enters a box when the spans of its parameter over the three slabs, and 0 … end, overlap. Differences, directions,
+//! their reciprocals and products are each rounded relative to themselves, so that parameters are wrong by a few units in
+//! their own last place, however far away the box is: the parameter at which a box is left is enlarged by [`LATE`], and a
+//! ray that meets a triangle is found to enter every box around it. Boxes are a little larger than what is in them, so that
+//! a ray that runs in one of their sides is inside.
 
 use glam::Vec3;
 
 use crate::occluder::{Block, Facets, Planes, Vector};
 use crate::simd::{Lanes, Simd};
+
+/// 1 + 2⁻²⁰: more than the errors of both parameters, of which each has four roundings.
+const LATE: f32 = 1.0 + 1.0 / 1_048_576.0;
 
 /// Reciprocals of directions; large but finite for 0, so that no product is undefined.
 #[inline(always)]
@@ -27,7 +32,7 @@ pub(super) fn enters<L: Lanes>(
     let (a, b) = (low.sub(origin).mul(inverse), high.sub(origin).mul(inverse));
     let (near, far) = (a.min(b), a.max(b));
     let enter = near.x.max(near.y).max(near.z).max(L::splat(0.0));
-    let leave = far.x.min(far.y).min(far.z).min(end);
+    let leave = far.x.min(far.y).min(far.z).min(end).mul(L::splat(LATE));
     (enter.le(leave), enter)
 }
 
@@ -87,7 +92,7 @@ impl Shaft {
         let (enter_y, leave_y) = self.span(1, low.y, high.y);
         let (enter_z, leave_z) = self.span(2, low.z, high.z);
         let enter = enter_x.max(enter_y).max(enter_z).max(L::splat(0.0));
-        let leave = leave_x.min(leave_y).min(leave_z).min(L::splat(end));
+        let leave = leave_x.min(leave_y).min(leave_z).min(L::splat(end)).mul(L::splat(LATE));
         (enter.le(leave), enter)
     }
 
@@ -101,13 +106,13 @@ impl Shaft {
         (enter, last.mul(L::splat(self.leaving[axis])).max(L::splat(self.stay[axis])))
     }
 
-    /// Sets up a block and returns the triangles in it that any of the rays may meet, at t < 1 where `near`.
+    /// Sets up a block and returns the triangles in it that any of the rays may meet at t < 1.
     #[inline(always)]
-    pub(super) fn within<S: Simd>(&self, block: &Block, near: bool, planes: &mut Planes) -> u32 {
+    pub(super) fn within<S: Simd>(&self, block: &Block, planes: &mut Planes) -> u32 {
         let reach = self.low.abs().max(self.high.abs());
-        let facets = Facets::<S::Eight>::new(block, Vector::splat(self.origin), Vector::splat(reach));
+        let facets = Facets::<S::Eight>::new(block, self.origin, Vector::splat(reach));
         let (low, high) = (Vector::splat(self.low), Vector::splat(self.high));
-        let within = facets.reachable(low, high, near) & block.occupied();
+        let within = facets.reachable(low, high);
         if within != 0 {
             planes.set(&facets);
         }

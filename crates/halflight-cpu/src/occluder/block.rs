@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3, Vec3Swizzles as _};
 use halflight_core::scene::Mesh;
 
+use super::expansion::Expansion;
 use super::vector::Vector;
 use crate::simd::Lanes;
 
@@ -66,24 +67,11 @@ fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     let component = |axis: usize| {
         let [p, q, r] = terms.map(|term| term[axis]);
         let [x, y, z] = others.map(|term| -term[axis]);
-        sum([p, q, r, x, y, z])
+        let mut sum = Expansion::ZERO;
+        [p, q, r, x, y, z].into_iter().for_each(|term| sum.add(term));
+        sum.value()
     };
     DVec3::new(component(0), component(1), component(2))
-}
-
-/// A sum rounded once or twice at the end, by exact expansions (Shewchuk 1997, Theorem 10).
-fn sum(terms: [f64; 6]) -> f64 {
-    let mut parts = [0.0; 6];
-    for (count, mut sum) in terms.into_iter().enumerate() {
-        for part in &mut parts[..count] {
-            let (a, b) = (sum, *part);
-            sum = a + b;
-            let share = sum - a;
-            *part = (a - (sum - share)) + (b - share);
-        }
-        parts[count] = sum;
-    }
-    parts.iter().sum()
 }
 
 impl Block {

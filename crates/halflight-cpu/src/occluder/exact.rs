@@ -1,9 +1,13 @@
-//! The question that every ray is about, answered in exact arithmetic.
+//! Intersections of segments and rays with triangles, decided in exact arithmetic.
 
-use glam::Vec3;
+use std::cmp::Ordering;
+
+use glam::{DVec3, Vec3, Vec3Swizzles as _};
 use robust::{Coord3D, orient3d};
 
-/// Whether the open segment between two points meets a closed triangle in a single point.
+use super::expansion::Expansion;
+
+/// Returns whether the open segment between two points meets a closed triangle in a single point.
 ///
 /// The signs are exact, so a segment that passes from the inside of a closed mesh to its outside meets it, through edges
 /// and corners as well. A triangle that has an end of the segment in its plane is not met.
@@ -17,10 +21,121 @@ pub(crate) fn meets(origin: Vec3, end: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
     edges.iter().all(|&side| side >= 0.0) || edges.iter().all(|&side| side <= 0.0)
 }
 
+/// Returns a number with the sign of N · (A − P), where N is the normal of the triangle by the order of its corners, A any
+/// of them and P the point: 0 in the triangle's plane.
+pub(crate) fn side_of_plane([a, b, c]: [Vec3; 3], point: Vec3) -> f64 {
+    volume(a, b, c, point)
+}
+
 /// A number with the sign of the volume of a tetrahedron.
 fn volume(a: Vec3, b: Vec3, c: Vec3, d: Vec3) -> f64 {
     let [a, b, c, d] = [a, b, c, d].map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
     orient3d(a, b, c, d)
+}
+
+/// A ray: all points `origin + t · d` with t > 0.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ray {
+    pub(crate) origin: Vec3,
+    /// Direction, of any length.
+    pub(crate) d: Vec3,
+}
+
+impl Ray {
+    /// Returns whether the ray meets a closed triangle in a single point.
+    ///
+    /// A triangle that has the ray's origin or all of the ray in its plane is not met.
+    pub(crate) fn meets(&self, [a, b, c]: [Vec3; 3]) -> bool {
+        let sides = [self.side(a, b), self.side(b, c), self.side(c, a)];
+        let (some_positive, some_negative) =
+            (sides.iter().any(|&side| side > 0.0), sides.iter().any(|&side| side < 0.0));
+        if some_positive == some_negative {
+            return false;
+        }
+        // The sum of the sides is N · d, and N · (A − origin) over it is the parameter.
+        let ahead = side_of_plane([a, b, c], self.origin);
+        if some_positive { ahead > 0.0 } else { ahead < 0.0 }
+    }
+
+    /// Returns the parameter at which the ray meets a triangle's plane, wrong by a 2⁻³²nd of itself at most; the ray must
+    /// meet the triangle.
+    pub(crate) fn parameter(&self, corners: [Vec3; 3]) -> f64 {
+        let [a, b, c, o, d] = [corners[0], corners[1], corners[2], self.origin, self.d].map(Vec3::as_dvec3);
+        let (u, v) = (b - a, c - a);
+        let (plus, minus) = (u.yzx() * v.zxy(), u.zxy() * v.yzx());
+        let (normal, size) = (plus - minus, plus.abs() + minus.abs());
+        let (distance, along) = (normal.dot(a - o), normal.dot(d));
+        // Both are wrong by a 2⁻⁴⁹th of the sizes of what is added up at most.
+        let sure = |value: f64, size: f64| value.abs() > size * 2f64.powi(-16);
+        if sure(distance, size.dot((a - o).abs())) && sure(along, size.dot(d.abs())) {
+            return distance / along;
+        }
+        let (distance, along) = self.fraction(corners);
+        distance.value() / along.value()
+    }
+
+    /// Compares the parameters at which the ray meets two triangles; it must meet both.
+    pub(crate) fn compare(&self, first: [Vec3; 3], second: [Vec3; 3]) -> Ordering {
+        let (p, q) = (self.parameter(first), self.parameter(second));
+        if (p - q).abs() > 2f64.powi(-30) * (p.abs() + q.abs()) {
+            return p.total_cmp(&q);
+        }
+        if first == second {
+            return Ordering::Equal;
+        }
+        let (mut a, mut b) = (self.fraction(first), self.fraction(second));
+        // Denominators become positive.
+        for (distance, along) in [&mut a, &mut b] {
+            if along.sign() < 0.0 {
+                (*distance, *along) = (distance.negated(), along.negated());
+            }
+        }
+        let mut difference = a.0.times(&b.1);
+        difference.add_all(&b.0.times(&a.1).negated());
+        difference.sign().total_cmp(&0.0)
+    }
+
+    /// The parameter at which the ray meets a triangle's plane, as N · (A − origin) over N · d.
+    fn fraction(&self, [a, b, c]: [Vec3; 3]) -> (Expansion, Expansion) {
+        let (mut distance, mut along) = (Expansion::ZERO, Expansion::ZERO);
+        // The origin's distance is that of four corners from each other: each three of them once.
+        let [a, b, c, o, d] = [a, b, c, self.origin, self.d].map(Vec3::as_dvec3);
+        add_determinant(&mut distance, a, b, c);
+        add_determinant(&mut distance, -o, b, c);
+        add_determinant(&mut distance, a, -o, c);
+        add_determinant(&mut distance, a, b, -o);
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            add_determinant(&mut along, d, p, q);
+        }
+        (distance, along)
+    }
+
+    /// Returns a number with the sign of d · (P − origin) × (Q − origin): the side on which the ray passes an edge.
+    fn side(&self, p: Vec3, q: Vec3) -> f64 {
+        let [p, q, o, d] = [p, q, self.origin, self.d].map(Vec3::as_dvec3);
+        let (from, to) = (p - o, q - o);
+        let (plus, minus) = (from.yzx() * to.zxy(), from.zxy() * to.yzx());
+        let side = d.dot(plus - minus);
+        // Seven roundings of each product; differences of coordinates are rounded as well.
+        let error = d.abs().dot(plus.abs() + minus.abs()) * 2f64.powi(-49);
+        if side.abs() > error {
+            return side;
+        }
+        let mut exact = Expansion::ZERO;
+        add_determinant(&mut exact, d, p, q);
+        add_determinant(&mut exact, d, -o, q);
+        add_determinant(&mut exact, d, p, -o);
+        exact.sign()
+    }
+}
+
+/// Adds a · (b × c), for vectors of numbers in single precision.
+fn add_determinant(to: &mut Expansion, a: DVec3, b: DVec3, c: DVec3) {
+    for axis in 0..3 {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        to.add_product(b[next], c[last], a[axis]);
+        to.add_product(-b[last], c[next], a[axis]);
+    }
 }
 
 #[cfg(test)]
@@ -43,5 +158,54 @@ mod tests {
         assert!(!meets(high, high * 2.0, triangle));
         // A triangle without area has no inside.
         assert!(!meets(low, high, [Vec3::ZERO, Vec3::X, Vec3::X]));
+    }
+
+    #[test]
+    fn rays_meet_what_lies_ahead() {
+        let triangle = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        let up = |x: f32, y: f32| Ray { origin: Vec3::new(x, y, -1.0), d: Vec3::Z * 1e-3 };
+        for (x, y) in [(0.2, 0.2), (0.0, 0.0), (0.5, 0.5), (0.3, 0.0)] {
+            assert!(up(x, y).meets(triangle) && up(x, y).meets([Vec3::Y, Vec3::X, Vec3::ZERO]));
+            assert!((up(x, y).parameter(triangle) - 1.0 / f64::from(1e-3f32)).abs() < 1e-9);
+        }
+        for (x, y) in [(-1e-30, 0.0), (0.5, 0.5 + f32::EPSILON), (2.0, -1.0)] {
+            assert!(!up(x, y).meets(triangle));
+        }
+        // Behind the origin, along the plane, from within the plane, and a triangle without area.
+        let middle = Vec3::new(0.2, 0.2, 0.0);
+        assert!(!Ray { origin: middle + Vec3::Z, d: Vec3::Z }.meets(triangle));
+        assert!(!Ray { origin: middle - Vec3::X, d: Vec3::X }.meets(triangle));
+        assert!(!Ray { origin: middle, d: Vec3::Z }.meets(triangle));
+        assert!(!up(0.2, 0.0).meets([Vec3::ZERO, Vec3::X, Vec3::X]));
+    }
+
+    #[test]
+    fn rays_pass_an_edge_on_one_side_for_both_its_triangles() {
+        // Points that single precision cannot put on the edge: each triangle is met or its neighbour is.
+        let (p, q) = (Vec3::new(0.1, 0.7, 3.3), Vec3::new(0.9, -0.3, 2.9));
+        let (left, right) = (Vec3::new(-3.0, -2.0, 3.1), Vec3::new(3.0, 2.0, 3.7));
+        let origin = Vec3::new(0.3, 0.2, -7.7);
+        for step in 1..1000 {
+            let ray = Ray { origin, d: p.lerp(q, step as f32 / 1000.0) - origin };
+            let met = [ray.meets([p, q, left]), ray.meets([q, p, right])];
+            assert!(met[0] || met[1], "{step}");
+            // Exactly through the edge at most for the few points that happen to lie on it.
+            if met[0] && met[1] {
+                assert_eq!(ray.compare([p, q, left], [q, p, right]), Ordering::Equal, "{step}");
+            }
+        }
+    }
+
+    #[test]
+    fn parameters_are_compared_exactly() {
+        let ray = Ray { origin: Vec3::new(0.0, 0.0, -1.0), d: Vec3::Z };
+        let at = |z: f32| [Vec3::new(-1.0, -1.0, z), Vec3::new(1.0, -1.0, z), Vec3::new(0.0, 1.0, z)];
+        assert_eq!(ray.compare(at(1e-38), at(0.0)), Ordering::Greater);
+        assert_eq!(ray.compare(at(0.0), at(1e-38)), Ordering::Less);
+        let wide = |corners: [Vec3; 3]| corners.map(|p| Vec3::new(p.x * 3.0, p.y * 5.0, p.z));
+        assert_eq!(ray.compare(at(0.3), wide(at(0.3))), Ordering::Equal);
+        let [a, b, c] = wide(at(0.3));
+        assert_eq!(ray.compare(at(0.3), [c, b, a]), Ordering::Equal);
+        assert_eq!(ray.compare(at(0.3), [b, a, c - Vec3::Z * 1e-7]), Ordering::Greater);
     }
 }

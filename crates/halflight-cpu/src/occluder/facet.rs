@@ -9,6 +9,7 @@
 use glam::Vec3;
 
 use super::block::Block;
+use super::exact;
 use super::vector::Vector;
 use crate::simd::Lanes;
 
@@ -23,9 +24,19 @@ pub(crate) struct Facets<L> {
     pub(crate) distance: L,
     /// Bound on the error of the products with the edges' planes.
     pub(crate) edge_error: L,
-    /// Bound on the error of the product with the face, less the distance. Infinite where the origin is so near the
-    /// plane that all signs may be wrong.
+    /// Bound on the error of the product with the face, less the distance.
     pub(crate) face_error: L,
+    /// Triangles that have an area and not the origin in their plane: others are never met.
+    pub(crate) occupied: u32,
+}
+
+/// Bounds on the errors of the two parts of a ray's parameter.
+#[derive(Clone, Copy)]
+pub(crate) struct ParameterErrors<L> {
+    /// Of the distance.
+    pub(crate) distance: L,
+    /// Of the product of direction and face.
+    pub(crate) along: L,
 }
 
 impl<L: Lanes> Facets<L> {
@@ -37,19 +48,38 @@ impl<L: Lanes> Facets<L> {
     /// wrong by u relative to each component, and products of them with corners and directions by 5u(Σ|aₖNₖ| + Σ|dₖNₖ|);
     /// 8u is taken.
     #[inline(always)]
-    pub(crate) fn new(block: &Block, origin: Vector<L>, reach: Vector<L>) -> Self {
-        let corners = block.corners();
+    pub(crate) fn new(block: &Block, origin: Vec3, reach: Vector<L>) -> Self {
+        Self::with_errors(block, origin, reach).0
+    }
+
+    /// Returns facets and what the parameters of rays that meet them are wrong by.
+    #[inline(always)]
+    pub(crate) fn with_errors(
+        block: &Block,
+        origin: Vec3,
+        reach: Vector<L>,
+    ) -> (Self, ParameterErrors<L>) {
+        let (corners, origin_point) = (block.corners(), origin);
+        let origin = Vector::<L>::splat(origin);
         let (a, b, c) = (corners[0].sub(origin), corners[1].sub(origin), corners[2].sub(origin));
         let ab = corners[1].sub(corners[0]);
         let bc = corners[2].sub(corners[1]);
         let ca = corners[0].sub(corners[2]);
         let normal = block.normals();
         let parts = normal.mul(a);
-        let distance = parts.sum();
+        let mut distance = parts.sum();
         let distance_error = parts.abs().sum().mul(L::splat(2f32.powi(-21)));
-        let open = distance.abs().le(distance_error);
+        let along_error = normal.abs().dot(reach).mul(L::splat(2f32.powi(-21)));
+        let mut occupied = block.occupied();
+        let open = distance.abs().le(distance_error) & occupied;
+        if open != 0 {
+            let mut distances = [0.0; 8];
+            distance.store(&mut distances);
+            occupied &= !decide_sides(block, origin_point, open, &mut distances);
+            distance = L::load(&distances);
+        }
         let farthest = a.abs().max(b.abs()).max(c.abs()).largest();
-        Self {
+        let facets = Self {
             edges: [
                 a.add(b).cross(ab).flip(distance),
                 b.add(c).cross(bc).flip(distance),
@@ -58,57 +88,64 @@ impl<L: Lanes> Facets<L> {
             face: normal.flip(distance),
             distance: distance.abs(),
             edge_error: farthest.mul(block.longest()).mul(reach.sum()).mul(L::splat(2f32.powi(-18))),
-            face_error: normal
-                .abs()
-                .dot(reach)
-                .mul(L::splat(2f32.powi(-21)))
-                .add(distance_error)
-                .select(open, L::splat(f32::INFINITY)),
-        }
+            face_error: along_error.add(distance_error),
+            occupied,
+        };
+        (facets, ParameterErrors { distance: distance_error, along: along_error })
     }
 
     /// Triangles that a ray along `d` meets at t < 1 or may meet, and those that it certainly meets.
     #[inline(always)]
     pub(crate) fn shadow(&self, d: Vector<L>) -> (u32, u32) {
         let beyond = self.face.dot(d).sub(self.distance);
-        let sides = [self.edges[0].dot(d), self.edges[1].dot(d), self.edges[2].dot(d)];
-        let least = sides[0].min(sides[1]).min(sides[2]);
-        let unsure = self.face_error.lt(L::splat(f32::INFINITY)) ^ L::ALL;
+        let least = self.least_side(d);
         let (edge, face) = (self.edge_error, self.face_error);
         let zero = L::splat(0.0);
-        let may = zero.le(least.add(edge)) & zero.le(beyond.add(face)) | unsure;
+        let may = zero.le(least.add(edge)) & zero.le(beyond.add(face));
         (may, edge.lt(least) & face.lt(beyond))
     }
 
-    /// Triangles that a ray along `d` meets at 0 < t ≤ `best`, give or take rounding at their borders, and where. Those
-    /// seen edge-on are left to their neighbours.
+    /// The least of the products of a direction with the edges' planes.
     #[inline(always)]
-    pub(crate) fn nearest(&self, d: Vector<L>, best: L) -> (u32, L) {
-        let sides = [self.edges[0].dot(d), self.edges[1].dot(d), self.edges[2].dot(d)];
-        let least = sides[0].min(sides[1]).min(sides[2]);
-        let along = self.face.dot(d);
-        let t = self.distance.div(along);
-        let (zero, endless) = (L::splat(0.0), L::splat(f32::INFINITY));
-        let met = zero.le(least.add(self.edge_error)) & zero.lt(along) & t.le(best);
-        (met & t.lt(endless) & self.face_error.lt(endless), t)
+    pub(crate) fn least_side(&self, d: Vector<L>) -> L {
+        self.edges[0].dot(d).min(self.edges[1].dot(d)).min(self.edges[2].dot(d))
     }
 
-    /// Triangles that any ray between `low` and `high` may meet, at t < 1 where `near`. Rounding is monotone, so bounds
-    /// on a product hold for every ray.
+    /// Triangles that any ray between `low` and `high` may meet at t < 1. Rounding is monotone, so bounds on a product hold
+    /// for every ray.
     #[inline(always)]
-    pub(crate) fn reachable(&self, low: Vector<L>, high: Vector<L>, near: bool) -> u32 {
-        let zero = L::splat(0.0);
+    pub(crate) fn reachable(&self, low: Vector<L>, high: Vector<L>) -> u32 {
+        let beyond = self.face.greatest_dot(low, high).sub(self.distance);
+        self.in_reach(low, high) & L::splat(0.0).le(beyond.add(self.face_error))
+    }
+
+    /// Triangles whose edges any ray between `low` and `high` may pass on the inner side.
+    #[inline(always)]
+    pub(super) fn in_reach(&self, low: Vector<L>, high: Vector<L>) -> u32 {
         let sides = [
             self.edges[0].greatest_dot(low, high),
             self.edges[1].greatest_dot(low, high),
             self.edges[2].greatest_dot(low, high),
         ];
-        let beyond = self.face.greatest_dot(low, high);
-        let beyond = if near { beyond.sub(self.distance) } else { beyond };
-        let unsure = self.face_error.lt(L::splat(f32::INFINITY)) ^ L::ALL;
         let least = sides[0].min(sides[1]).min(sides[2]);
-        zero.le(least.add(self.edge_error)) & zero.le(beyond.add(self.face_error)) | unsure
+        L::splat(0.0).le(least.add(self.edge_error)) & self.occupied
     }
+}
+
+/// Gives the distances of open triangles, those that rounding may have put on the wrong side of the origin, the signs that
+/// they have in exact arithmetic. Returns the triangles that have the origin in their plane.
+#[cold]
+#[inline(never)]
+fn decide_sides(block: &Block, origin: Vec3, mut open: u32, distances: &mut [f32; 8]) -> u32 {
+    let mut flat = 0;
+    while open != 0 {
+        let lane = open.trailing_zeros() as usize;
+        open &= open - 1;
+        let side = exact::side_of_plane(block.triangle_corners(lane), origin);
+        distances[lane] = distances[lane].abs().copysign(side as f32);
+        flat |= u32::from(side == 0.0) << lane;
+    }
+    flat
 }
 
 /// [`Facets`] in memory, to pick one triangle at a time.
@@ -155,6 +192,7 @@ impl Planes {
             distance: L::splat(self.distance[lane]),
             edge_error: L::splat(self.edge_error[lane]),
             face_error: L::splat(self.face_error[lane]),
+            occupied: L::ALL,
         }
     }
 }

@@ -5,7 +5,9 @@
 //! (`over`). Where on the light a triangle's samples can lie is bounded beforehand (`window`).
 
 mod block;
+mod closest;
 pub(crate) mod exact;
+mod expansion;
 mod facet;
 mod over;
 mod points;
@@ -19,6 +21,7 @@ use halflight_core::mask::Query;
 use halflight_core::pattern::{Pattern, PatternKind};
 
 pub(crate) use block::{Block, Triangle};
+pub(crate) use closest::Targets;
 pub(crate) use facet::{Facets, Planes, barycentric, corner_weights};
 pub(crate) use over::OverLight;
 pub(crate) use points::Points;

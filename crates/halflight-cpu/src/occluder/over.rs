@@ -39,7 +39,7 @@ impl<L: Lanes> OverLight<L> {
         // `Facets` bounds the error of products with a direction. Sums of three products, and samples rounded to where
         // single precision can put them, are within the bound for twice the reach of both.
         let reach = (corner.abs() + light.corner.abs() + edges * 2.0) * 2.0;
-        let facets = Facets::<L>::new(block, Vector::splat(origin), Vector::splat(reach));
+        let facets = Facets::<L>::new(block, origin, Vector::splat(reach));
         let (c, u, v) = (Vector::splat(corner), Vector::splat(light.edge_u), Vector::splat(light.edge_v));
         let [ab, bc, ca] = facets.edges;
         let face = facets.face;
@@ -48,7 +48,7 @@ impl<L: Lanes> OverLight<L> {
         let bv = [ab.dot(v), bc.dot(v), ca.dot(v), face.dot(v)];
         let error = [facets.edge_error, facets.edge_error, facets.edge_error, facets.face_error];
         let zero = L::splat(0.0);
-        let (mut may, mut whole, mut inside) = (block.occupied(), block.occupied(), [0; 4]);
+        let (mut may, mut whole, mut inside) = (facets.occupied, facets.occupied, [0; 4]);
         for plane in 0..4 {
             let most = a[plane].add(bu[plane].max(zero)).add(bv[plane].max(zero));
             let least = a[plane].add(bu[plane].min(zero)).add(bv[plane].min(zero));
@@ -60,7 +60,7 @@ impl<L: Lanes> OverLight<L> {
         let vague = (facets.face_error.lt(endless) & facets.edge_error.lt(endless)) ^ L::ALL
             | facets.face_error.lt(lost)
             | facets.edge_error.lt(lost);
-        let unsure = vague & block.occupied();
+        let unsure = vague & facets.occupied;
         Self { facets, a, bu, bv, error, inside, may: may | unsure, whole: whole & !unsure, unsure }
     }
 }
