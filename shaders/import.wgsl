@@ -1,4 +1,5 @@
 // Takes a G-buffer over that the caller has drawn.
+//@ needs shared/offset
 //@ reads given_point given_normal
 //@ writes position normal
 
@@ -18,14 +19,12 @@ fn take(@builtin(global_invocation_id) at: vec3<u32>) {
         normal[pixel] = vec4(0u, 0u, 0u, NONE);
         return;
     }
-    if DEPTH {
-        let d = frame.corner + frame.right * (f32(at.x) + 0.5) + frame.down * (f32(at.y) + 0.5);
-        position[pixel] = vec4(frame.eye + d * given.x, given.x);
-    } else {
-        let middle = vec2(f32(frame.width), f32(frame.height)) * 0.5;
-        let ahead = frame.corner + frame.right * middle.x + frame.down * middle.y;
-        position[pixel] = vec4(given.xyz, dot3(given.xyz - frame.eye, ahead));
-    }
+    let d = frame.corner + frame.right * (f32(at.x) + 0.5) + frame.down * (f32(at.y) + 0.5);
+    let middle = vec2(f32(frame.width), f32(frame.height)) * 0.5;
+    let ahead = frame.corner + frame.right * middle.x + frame.down * middle.y;
+    let point = select(given.xyz, frame.eye + d * given.x, DEPTH);
+    let depth = select(dot3(given.xyz - frame.eye, ahead), given.x, DEPTH);
+    position[pixel] = vec4(point + up * offset_at(point, depth), depth);
     // Triangles are not known: every pixel has a surface of its own, and these are compared by where they lie.
     normal[pixel] = vec4(bitcast<vec3<u32>>(up), pixel);
 }

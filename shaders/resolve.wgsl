@@ -1,4 +1,5 @@
 // What each pixel's centre sees of its triangle, as in halflight-cpu/src/gbuffer.rs.
+//@ needs shared/offset
 //@ reads triangles faces materials uvs textures ids
 //@ writes position normal albedo
 
@@ -33,7 +34,8 @@ fn resolve(@builtin(global_invocation_id) at: vec3<u32>) {
         up = -up;
     }
     let point = a.xyz + ((b.xyz - a.xyz) * weights.x + (c.xyz - a.xyz) * weights.y);
-    position[pixel] = vec4(point, depth);
+    let extents = max(max(abs(b.xyz - a.xyz), abs(c.xyz - b.xyz)), abs(a.xyz - c.xyz));
+    position[pixel] = vec4(point + up * offset_on(point, up, extents), depth);
     normal[pixel] = vec4(bitcast<vec3<u32>>(up), faces[triangle].x);
     albedo[pixel] = vec4(albedo_of(triangle, weights), 1.0);
 }

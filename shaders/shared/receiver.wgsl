@@ -1,4 +1,4 @@
-// Where shadow rays start. `position` holds points and depths (below 0 where nothing is seen).
+// Where shadow rays start. `position` holds these points, and depths (below 0 where nothing is seen).
 //@ needs shared/surface
 //@ reads position
 
@@ -8,16 +8,6 @@ struct Receiver {
     normal: vec3<f32>,
 }
 
-// Eight units in the last place of single precision at 1.
-const ROUNDING: f32 = 9.5367431640625e-7;
-
-fn rounding_at(point: vec3<f32>) -> f32 {
-    let size = abs(point);
-    return max(max(size.x, size.y), size.z) * ROUNDING;
-}
-
 fn receiver_at(pixel: u32) -> Receiver {
-    let point = position[pixel].xyz;
-    let up = normal_at(pixel);
-    return Receiver(point + up * max(rounding_at(point), frame.scene_size * 3e-5), up);
+    return Receiver(position[pixel].xyz, normal_at(pixel));
 }

@@ -1,5 +1,5 @@
 // Whether one surface point rises above another's tangent plane (halflight-cpu/src/rise.rs).
-//@ needs shared/receiver
+//@ needs shared/offset shared/receiver
 
 struct Rises {
     // Heights above each other's tangent planes, metres.

@@ -1,5 +1,5 @@
 // Whether two pixels see the same surface (halflight-cpu/src/upsample/surface.rs).
-//@ needs shared/receiver
+//@ needs shared/offset shared/receiver
 
 struct Tangent {
     point: vec3<f32>,

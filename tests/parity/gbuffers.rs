@@ -30,7 +30,7 @@ pub(crate) fn compare(bench: &Bench, twins: &Twins) -> Result<usize, String> {
         }
         // Corners are mixed by quotients of products that cancel where a triangle is small in the view or seen at a
         // glancing angle: a hundred units in the last place of the scene's size.
-        let slack = gbuffer.scene_size * 100.0 / (1 << 24) as f32;
+        let slack = twins.stage.bvh.diagonal() * 100.0 / (1 << 24) as f32;
         let off = (Vec3::new(x, y, z) - gbuffer.position[pixel]).length();
         let deep = (depth - gbuffer.depth[pixel]).abs();
         let fits = off < slack && deep < slack;

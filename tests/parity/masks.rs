@@ -67,7 +67,7 @@ pub(crate) fn compare(bench: &Bench, twins: &Twins) -> Result<(usize, usize), St
                 let end = light.point(batch.pattern().position(sample, query.key));
                 // Products of three lengths are wrong by a few units in the last place of the largest: distances by a
                 // few 2⁻²⁴ of the scene's size, 16 of them allowed.
-                let slack = f64::from(twins.cpu.gbuffer().scene_size) * 16.0 / f64::from(1 << 24);
+                let slack = f64::from(twins.stage.bvh.diagonal()) * 16.0 / f64::from(1 << 24);
                 let clear = clearance(&twins.stage.scene.mesh, query.origin, end);
                 if clear >= slack {
                     return Err(format!("pixel {} sample {sample}: {clear} of {slack} m", query.pixel));

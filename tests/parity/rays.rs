@@ -5,11 +5,16 @@ use halflight::glam::{DVec3, Vec3};
 use halflight::scene::Mesh;
 
 /// The least distance between a segment and any edge of the mesh, and between its ends and any triangle's plane above or
-/// below that triangle, in double precision, metres.
+/// below that triangle, in double precision, metres. Triangles that have both ends on one side are left out: the shaders call
+/// none met that has an end within rounding of its plane.
 pub(crate) fn clearance(mesh: &Mesh, origin: Vec3, end: Vec3) -> f64 {
     let (origin, end) = (origin.as_dvec3(), end.as_dvec3());
     let of = |triangle: usize| {
         let corners @ [a, b, c] = mesh.corners(triangle).map(Vec3::as_dvec3);
+        let normal = (b - a).cross(c - a);
+        if normal.dot(origin - a) * normal.dot(end - a) > 0.0 {
+            return f64::INFINITY;
+        }
         let edges = [(a, b), (b, c), (c, a)].map(|(p, q)| between(origin, end, p, q));
         let ends = [origin, end].map(|point| above(point, corners));
         edges.into_iter().chain(ends).fold(f64::INFINITY, f64::min)
@@ -44,6 +49,6 @@ fn clearances_are_distances() {
     assert!((from(0.75, 1.25) - 0.25).abs() < 1e-9);
     // The diagonal is an edge.
     assert!((from(0.75, 0.25) - 0.125f64.sqrt().min(0.25)).abs() < 1e-9 && from(0.5, 0.5) < 1e-9);
-    let ends = clearance(&mesh, Vec3::new(0.7, 0.2, 0.1), Vec3::new(0.7, 0.2, 2.0));
-    assert!((ends - 0.1).abs() < 1e-7);
+    let ends = |z: f32| clearance(&mesh, Vec3::new(0.7, 0.2, z), Vec3::new(0.7, 0.2, 2.0));
+    assert!((ends(-0.1) - 0.1).abs() < 1e-7 && ends(0.1) == f64::INFINITY);
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use halflight_core::scene::Scene;
 use halflight_cpu::bvh::Bvh;
+use halflight_cpu::flush;
 use halflight_scene::{Animation, LoadReport};
 
 use crate::terminal::say;
@@ -24,6 +25,9 @@ pub(crate) fn load(name_or_path: &str) -> Result<Ready, Box<dyn std::error::Erro
         say(&format!("warning: {warning}"));
     }
     let bvh = Bvh::build(&loaded.scene.mesh)?;
+    for flush in flush::separate_lights(&loaded.scene, Some(&bvh)).1 {
+        say(&format!("warning: {flush}"));
+    }
     let halflight_scene::Loaded { scene, animation, report } = loaded;
     Ok(Ready { scene: Arc::new(scene), bvh: Arc::new(bvh), animation, report })
 }

@@ -1,7 +1,7 @@
 //! The G-buffer: what each pixel's centre sees, found by bundles of primary rays.
 
 use glam::{DVec3, Vec2, Vec3, Vec3Swizzles as _};
-use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
+use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE, receiver_origin};
 use halflight_core::scene::{Camera, Mesh, Scene, Texture};
 use rayon::prelude::*;
 
@@ -29,7 +29,6 @@ pub fn trace(bvh: &Bvh, scene: &Scene, width: u32, height: u32, out: &mut GBuffe
 
 fn trace_with(isa: Isa, bvh: &Bvh, scene: &Scene, width: u32, height: u32, out: &mut GBuffer) {
     out.reset(width, height);
-    out.scene_size = bvh.diagonal();
     if width == 0 || height == 0 {
         return;
     }
@@ -109,9 +108,10 @@ impl Rows<'_> {
             return;
         }
         let t = seen.parameter(eye, d);
+        let normal = if seen.normal.dot(d) > 0.0 { -seen.normal } else { seen.normal };
         self.depth[pixel] = t as f32;
-        self.position[pixel] = (eye.as_dvec3() + d.as_dvec3() * t).as_vec3();
-        self.normal[pixel] = if seen.normal.dot(d) > 0.0 { -seen.normal } else { seen.normal };
+        self.position[pixel] = receiver_origin(eye.as_dvec3() + d.as_dvec3() * t, normal, seen.extent);
+        self.normal[pixel] = normal;
         self.albedo[pixel] = match seen.texture {
             None => seen.albedo,
             Some(texture) => {
@@ -135,6 +135,8 @@ struct Surface {
     /// Bound on the error of products of directions and the product of edges, times 2³². Infinite where the distance is
     /// not known that well.
     error: DVec3,
+    /// Largest extent of the triangle along any axis.
+    extent: f32,
     normal: Vec3,
     albedo: Vec3,
     texture: Option<u32>,
@@ -147,6 +149,7 @@ impl Surface {
         cross: DVec3::ZERO,
         distance: 0.0,
         error: DVec3::ZERO,
+        extent: 0.0,
         normal: Vec3::ZERO,
         albedo: Vec3::ZERO,
         texture: None,
@@ -170,6 +173,7 @@ impl Surface {
             cross,
             distance,
             error: if known { error } else { DVec3::INFINITY },
+            extent: u.abs().max(v.abs()).max((c - b).abs()).max_element() as f32,
             normal: geometric_normal(corners),
             albedo: material.albedo,
             texture: material.texture,
@@ -356,7 +360,6 @@ mod tests {
         assert!(out.primitive.iter().all(|&triangle| triangle == NO_PRIMITIVE));
         assert!(out.depth.iter().all(|&depth| depth == f32::INFINITY));
         assert!(out.position.iter().chain(&out.normal).chain(&out.albedo).all(|&v| v == Vec3::ZERO));
-        assert_eq!(out.scene_size, 0.0);
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod compose;
 pub mod config;
 mod corners;
 mod dispatch;
+pub mod flush;
 pub mod gbuffer;
 pub mod horizon;
 pub mod irradiance;

@@ -19,6 +19,7 @@ use halflight_core::stats::{FrameStats, RayCounts, VisibilityStats};
 use crate::beam::Beam;
 use crate::bvh::Bvh;
 use crate::compose::{self, Totals, luminance};
+use crate::flush::{self, FlushLight};
 use crate::irradiance::{self, Shading};
 use crate::raster4d::Raster4dError;
 use crate::refine::Lattice;
@@ -186,9 +187,10 @@ impl PipelineBuilder {
             Some(threads) => Some(rayon::ThreadPoolBuilder::new().num_threads(threads).build()?),
             None => None,
         };
-        let state =
-            State { builder: self, pattern, index: 0, buffers: Buffers::default(), image: Image::default() };
-        Ok(Pipeline { state, pool })
+        let flush;
+        (self.scene, flush) = flush::separate(&self.scene, &self.bvh);
+        let (buffers, image) = (Buffers::default(), Image::default());
+        Ok(Pipeline { state: State { builder: self, pattern, flush, index: 0, buffers, image }, pool })
     }
 }
 
@@ -271,6 +273,7 @@ pub struct Pipeline {
 struct State {
     builder: PipelineBuilder,
     pattern: Pattern,
+    flush: Vec<FlushLight>,
     index: u32,
     buffers: Buffers,
     image: Image,
@@ -321,10 +324,16 @@ impl Pipeline {
         visibility: Box<dyn Visibility>,
     ) -> Result<(), PipelineError> {
         check_scene(&scene)?;
-        let State { builder, pattern, .. } = &mut self.state;
+        let State { builder, pattern, flush, .. } = &mut self.state;
         check_patterns(builder.refiner.as_ref(), visibility.as_ref(), *pattern)?;
-        (builder.scene, builder.bvh, builder.visibility) = (scene, bvh, visibility);
+        (builder.scene, *flush) = flush::separate(&scene, &bvh);
+        (builder.bvh, builder.visibility) = (bvh, visibility);
         Ok(())
+    }
+
+    /// The lights that are flush with geometry, which does not hide them: each is worth a warning.
+    pub fn flush_lights(&self) -> &[FlushLight] {
+        &self.state.flush
     }
 
     /// The last frame's image.
@@ -356,7 +365,7 @@ impl Pipeline {
 impl State {
     /// A frame, stage by stage.
     fn render(&mut self) -> Result<(), PipelineError> {
-        let Self { builder, pattern, index, buffers, image } = self;
+        let Self { builder, pattern, index, buffers, image, .. } = self;
         let PipelineBuilder { scene, bvh, refiner, visibility, upsampler, .. } = builder;
         let (width, height) = builder.size;
         let pixels = width as usize * height as usize;

@@ -49,7 +49,6 @@ impl Gpu {
         };
         let mut gbuffer = GBuffer::default();
         gbuffer.reset(width, height);
-        gbuffer.scene_size = renderer.scene_size();
         for (pixel, (position, [x, y, z, primitive])) in position.into_iter().zip(normal).enumerate() {
             gbuffer.primitive[pixel] = primitive;
             if primitive != NO_PRIMITIVE {

@@ -5,6 +5,7 @@ use halflight_core::light::AreaLight;
 use halflight_core::pattern::Pattern;
 use halflight_core::scene::{Camera, Scene};
 use halflight_cpu::config::{PipelineConfig, VisibilityConfig};
+use halflight_cpu::flush::{FlushLight, separate_lights};
 use halflight_cpu::irradiance::Shading;
 use halflight_cpu::pipeline::{MAX_SIZE, PipelineError, check_scene};
 
@@ -45,7 +46,8 @@ pub enum Surfaces<'a> {
     /// It is in [`Renderer::position`] and [`Renderer::normal`] already.
     Kept,
     /// The caller has drawn it, in textures of the image's size that can be bound and need not be filtered. What it sees must be
-    /// the scene, seen by the camera.
+    /// the scene, seen by the camera. Shadow rays start off the surface by 12 units of 2⁻²⁴ of the point's largest coordinate
+    /// and 8 of its depth: points must be rounded no worse than single precision does.
     Points {
         /// World-space points.
         position: &'a wgpu::TextureView,
@@ -90,6 +92,7 @@ pub struct Renderer {
     device: wgpu::Device,
     scene: SceneBuffers,
     lights: Vec<AreaLight>,
+    flush: Vec<FlushLight>,
     camera: Camera,
     sampling: LightSampling,
     pattern: Pattern,
@@ -162,6 +165,14 @@ impl Renderer {
         check_scene(scene)?;
         check_limits(&device.limits())?;
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
+        let (lights, flush) = separate_lights(scene, None);
+        let moved;
+        let scene = if flush.is_empty() {
+            scene
+        } else {
+            moved = Scene { lights, ..scene.clone() };
+            &moved
+        };
         let stages = Stages::new(&Compiler { device, replaced: modules }, scene, config)?;
         let buffers = SceneBuffers::new(device, scene)?;
         let size = stages.size(config.width, config.height, pattern, scene.lights.len())?;
@@ -170,6 +181,7 @@ impl Renderer {
             buffers: Buffers::new(device, &buffers, size)?,
             scene: buffers,
             lights: scene.lights.clone(),
+            flush,
             camera: scene.camera,
             sampling: config.sampling,
             pattern,
@@ -201,7 +213,9 @@ impl Renderer {
         &self.buffers.image
     }
 
-    /// Points, world space, with the distance along the view direction as fourth component; below 0 where nothing is seen.
+    /// Surface points, world space, moved off their surfaces to where shadow rays start (the CPU's
+    /// [`receiver_origin`](halflight_core::gbuffer::receiver_origin)), with the distance along the view direction as fourth
+    /// component; below 0 where nothing is seen.
     pub fn position(&self) -> &wgpu::Buffer {
         &self.buffers.position
     }
@@ -217,14 +231,14 @@ impl Renderer {
         &self.buffers.albedo
     }
 
+    /// The lights that are flush with geometry, which does not hide them: each is worth a warning.
+    pub fn flush_lights(&self) -> &[FlushLight] {
+        &self.flush
+    }
+
     /// Width and height of the image in pixels.
     pub fn size(&self) -> (u32, u32) {
         (self.buffers.size.width, self.buffers.size.height)
-    }
-
-    /// Diagonal of the scene's bounding box, metres: what ray offsets are relative to.
-    pub fn scene_size(&self) -> f32 {
-        self.scene.size
     }
 
     /// A buffer that later stages read, as the last light of the last frame left it: for tests and debuggers.

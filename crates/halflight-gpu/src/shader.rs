@@ -136,6 +136,7 @@ modules![
     "shared/inside",
     "shared/light",
     "shared/noise",
+    "shared/offset",
     "shared/place",
     "shared/pyramid",
     "shared/query",

@@ -21,6 +21,7 @@ use halflight_core::scene::Scene;
 use halflight_core::stages::Refiner;
 use halflight_cpu::bvh::{Bvh, BvhRays};
 use halflight_cpu::config::{PipelineConfig, RefinerConfig};
+use halflight_cpu::flush;
 use halflight_cpu::gbuffer;
 use halflight_cpu::irradiance::{Sums, query_sums};
 use halflight_cpu::pipeline::PipelineError;
@@ -135,6 +136,7 @@ pub fn reference(
         .build()?;
     let mut seen = GBuffer::default();
     gbuffer::trace(bvh, scene, width, height, &mut seen);
+    let (scene, _) = &flush::separate(scene, bvh);
 
     let key = state::key(scene, config);
     let path = cache_dir.map(|folder| folder.join(format!("reference-{key:016x}.state")));

@@ -8,7 +8,7 @@ pub use halflight_core::{
 };
 pub use halflight_cpu as cpu;
 pub use halflight_cpu::{
-    beam, bvh, config, irradiance, pipeline, raster4d, refine, unshadowed, upsample, voxel,
+    beam, bvh, config, flush, irradiance, pipeline, raster4d, refine, unshadowed, upsample, voxel,
 };
 #[cfg(feature = "gpu")]
 pub use halflight_gpu as gpu;

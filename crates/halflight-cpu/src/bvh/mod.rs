@@ -19,6 +19,7 @@ pub(crate) mod tests;
 
 use std::time::{Duration, Instant};
 
+use glam::Vec3;
 use halflight_core::scene::{Mesh, MeshError};
 
 pub use rays::BvhRays;
@@ -101,6 +102,26 @@ impl Bvh {
     /// The largest coordinate of any corner.
     pub(crate) fn largest(&self) -> f32 {
         self.extent.largest
+    }
+
+    /// The triangles whose boxes may touch a box, in no order.
+    pub(crate) fn triangles_in(&self, low: Vec3, high: Vec3) -> Vec<u32> {
+        let (mut found, mut waiting) = (Vec::new(), Vec::new());
+        waiting.extend(self.nodes.first().map(|_| 0));
+        while let Some(index) = waiting.pop() {
+            let node = &self.nodes[index as usize];
+            for slot in node.slots() {
+                let (from, to) = node.slot_bounds(slot);
+                if !(from.cmple(high).all() && to.cmpge(low).all()) {
+                    continue;
+                }
+                match Child::decode(node.child(slot)) {
+                    Child::Node(child) => waiting.push(child),
+                    Child::Block(block) => found.extend(self.blocks[block as usize].triangles()),
+                }
+            }
+        }
+        found
     }
 
     /// Number of triangles.

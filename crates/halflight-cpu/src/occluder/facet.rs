@@ -54,11 +54,7 @@ impl<L: Lanes> Facets<L> {
 
     /// Returns facets and what the parameters of rays that meet them are wrong by.
     #[inline(always)]
-    pub(crate) fn with_errors(
-        block: &Block,
-        origin: Vec3,
-        reach: Vector<L>,
-    ) -> (Self, ParameterErrors<L>) {
+    pub(crate) fn with_errors(block: &Block, origin: Vec3, reach: Vector<L>) -> (Self, ParameterErrors<L>) {
         let (corners, origin_point) = (block.corners(), origin);
         let origin = Vector::<L>::splat(origin);
         let (a, b, c) = (corners[0].sub(origin), corners[1].sub(origin), corners[2].sub(origin));

@@ -34,7 +34,7 @@ impl Floor {
             radiance: Vec3::ONE,
             two_sided: false,
         };
-        let mut gbuffer = GBuffer { scene_size: 1.0, ..GBuffer::default() };
+        let mut gbuffer = GBuffer::default();
         gbuffer.reset(width, height);
         gbuffer.depth.fill(1.0);
         gbuffer.normal.fill(Vec3::Y);

@@ -41,7 +41,6 @@ pub(super) const WALL: Plane = Plane { normal: Vec3::Z, distance: -5.0 };
 pub(super) fn planes(width: u32, height: u32, plane: impl Fn(u32, u32) -> Option<Plane>) -> GBuffer {
     let mut gbuffer = GBuffer::default();
     gbuffer.reset(width, height);
-    gbuffer.scene_size = 10.0;
     let pixel = 2.0 * (Scene::default().camera.fov_y_deg.to_radians() * 0.5).tan() / height as f32;
     for y in 0..height {
         for x in 0..width {

@@ -1,0 +1,194 @@
+//! Lights that are flush with geometry: lamps in the plane of a ceiling, and models that still hold the lamp's own polygon.
+//!
+//! Positions of light and surface are rounded independently, so that the surface lies a few units in the last place before
+//! the light or behind it, and would hide all, some or none of it by chance. The rule, which holds for every visibility
+//! backend on the CPU and on the GPU alike:
+//!
+//! - A light is flush with a triangle if all of the triangle that lies over the light, seen along the light's normal, is
+//!   within [`FLUSH`] times the largest coordinate of both from the light's plane: 16 to 32 units in the last place.
+//! - Such a triangle does not hide the light: the light is moved along its normal to just before it, by at most as much. A
+//!   two-sided light becomes two one-sided ones, each moved to its own side.
+//! - A triangle that is farther away hides the light as any other.
+
+use std::fmt;
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3, Vec3};
+use halflight_core::light::AreaLight;
+use halflight_core::scene::{Mesh, Scene};
+
+use crate::bvh::Bvh;
+
+/// Distance from a light within which triangles count as flush, as a share of the largest coordinate.
+pub const FLUSH: f64 = 32.0 / 16_777_216.0;
+
+/// What rounding of a light's own points may move them by, as a share of its largest coordinate.
+const ROUNDING: f64 = 8.0 / 16_777_216.0;
+
+/// A light that is flush with triangles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlushLight {
+    /// Index of the light in the scene.
+    pub light: u32,
+    /// The triangles, by their indices in the mesh, in order.
+    pub triangles: Vec<u32>,
+    /// How far the light was moved, metres; the larger distance for a two-sided one.
+    pub moved: f32,
+}
+
+impl fmt::Display for FlushLight {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { light, triangles, moved } = self;
+        let some = triangles.iter().take(4).map(u32::to_string).collect::<Vec<_>>().join(", ");
+        let more = if triangles.len() > 4 { ", …" } else { "" };
+        let (noun, them) =
+            if triangles.len() == 1 { ("triangle", "it does") } else { ("triangles", "they do") };
+        write!(
+            f,
+            "light {light} lies in the plane of {noun} {some}{more} up to rounding; {them} not hide it (it was moved by {moved:e} m)"
+        )
+    }
+}
+
+/// Returns the scene with its lights moved off the triangles that they are flush with, and which these are; the same scene
+/// where no light is flush with any.
+pub fn separate(scene: &Arc<Scene>, bvh: &Bvh) -> (Arc<Scene>, Vec<FlushLight>) {
+    let (lights, flush) = separate_lights(scene, Some(bvh));
+    if flush.is_empty() {
+        return (Arc::clone(scene), flush);
+    }
+    (Arc::new(Scene { lights, ..Scene::clone(scene) }), flush)
+}
+
+/// Returns the lights that [`separate`] gives a scene. Without a hierarchy, all triangles are looked at.
+pub fn separate_lights(scene: &Scene, bvh: Option<&Bvh>) -> (Vec<AreaLight>, Vec<FlushLight>) {
+    let mesh = &scene.mesh;
+    separate_from(scene, |low, high| {
+        let touches = |&index: &u32| {
+            let [a, b, c] = mesh.corners(index as usize);
+            a.min(b).min(c).cmple(high).all() && a.max(b).max(c).cmpge(low).all()
+        };
+        match bvh {
+            Some(bvh) => bvh.triangles_in(low, high),
+            None => (0..mesh.triangle_count() as u32).filter(touches).collect(),
+        }
+    })
+}
+
+/// `candidates` returns at least the triangles whose boxes touch a box.
+fn separate_from(
+    scene: &Scene,
+    candidates: impl Fn(Vec3, Vec3) -> Vec<u32>,
+) -> (Vec<AreaLight>, Vec<FlushLight>) {
+    let largest = scene.mesh.positions.iter().fold(0.0f32, |most, p| most.max(p.abs().max_element()));
+    let (mut lights, mut flush) = (Vec::with_capacity(scene.lights.len()), Vec::new());
+    for (number, light) in (0..).zip(&scene.lights) {
+        let Some(plane) = Plane::new(light) else {
+            lights.push(*light);
+            continue;
+        };
+        let corners = light.corners();
+        let around = (plane.size.max(f64::from(largest)) * FLUSH * 2.0) as f32;
+        let (low, high) =
+            corners.iter().fold((corners[0], corners[0]), |(low, high), &p| (low.min(p), high.max(p)));
+        let mut triangles = candidates(low - around, high + around);
+        triangles.sort_unstable();
+        let (mut before, mut behind) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+        triangles.retain(|&triangle| {
+            let Some((lowest, highest)) = plane.heights(&scene.mesh, triangle) else { return false };
+            // What lies clearly behind a one-sided light does not hide it anyway.
+            if !light.two_sided && highest < -plane.slack() {
+                return false;
+            }
+            (before, behind) = (before.max(highest), behind.max(-lowest));
+            true
+        });
+        if triangles.is_empty() {
+            lights.push(*light);
+            continue;
+        }
+        let [before, behind] = [before, behind].map(|height| (height + plane.slack()).max(0.0));
+        let moved = |by: f64| (light.corner.as_dvec3() + plane.normal * by).as_vec3();
+        lights.push(AreaLight { corner: moved(before), two_sided: false, ..*light });
+        if light.two_sided {
+            let (edge_u, edge_v) = (light.edge_v, light.edge_u);
+            lights.push(AreaLight { corner: moved(-behind), edge_u, edge_v, two_sided: false, ..*light });
+        }
+        let moved = if light.two_sided { before.max(behind) } else { before } as f32;
+        flush.push(FlushLight { light: number, triangles, moved });
+    }
+    (lights, flush)
+}
+
+/// A light's plane and the places in it.
+struct Plane {
+    corner: DVec3,
+    normal: DVec3,
+    /// Products of these with a point seen from the corner are its place, 0 … 1 along each edge.
+    dual: [DVec3; 2],
+    /// The light's largest coordinate.
+    size: f64,
+}
+
+impl Plane {
+    fn new(light: &AreaLight) -> Option<Self> {
+        let (u, v) = (light.edge_u.as_dvec3(), light.edge_v.as_dvec3());
+        let cross = u.cross(v);
+        let size = light.corners().iter().fold(0.0f32, |most, p| most.max(p.abs().max_element()));
+        Some(Self {
+            corner: light.corner.as_dvec3(),
+            normal: cross.try_normalize()?,
+            dual: [v.cross(cross) / cross.length_squared(), cross.cross(u) / cross.length_squared()],
+            size: f64::from(size),
+        })
+    }
+
+    fn slack(&self) -> f64 {
+        self.size * ROUNDING
+    }
+
+    /// Returns the least and the greatest height, along the normal, of what a triangle has over the light, if it has any and
+    /// all of that is flush with the light.
+    fn heights(&self, mesh: &Mesh, triangle: u32) -> Option<(f64, f64)> {
+        let corners = mesh.corners(triangle as usize).map(Vec3::as_dvec3);
+        let largest = corners.iter().fold(self.size, |most, corner| most.max(corner.abs().max_element()));
+        // Place on the light and height.
+        let points = corners.map(|corner| {
+            let seen = corner - self.corner;
+            (DVec2::new(self.dual[0].dot(seen), self.dual[1].dot(seen)), self.normal.dot(seen))
+        });
+        let mut over = points.to_vec();
+        for axis in 0..2 {
+            over = clip(&over, |place| place[axis]);
+            over = clip(&over, |place| 1.0 - place[axis]);
+        }
+        let heights = over.iter().map(|&(_, height)| height);
+        let range = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (a.min(h), b.max(h)));
+        let flush = !over.is_empty() && range.0.abs().max(range.1.abs()) <= largest * FLUSH;
+        (flush && area(&over) > 1e-9).then_some(range)
+    }
+}
+
+/// The part of a polygon where `inside` is positive (Sutherland and Hodgman 1974).
+fn clip(polygon: &[(DVec2, f64)], inside: impl Fn(DVec2) -> f64) -> Vec<(DVec2, f64)> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (index, &(to, to_height)) in polygon.iter().enumerate() {
+        let (from, from_height) = polygon[(index + polygon.len() - 1) % polygon.len()];
+        let (a, b) = (inside(from), inside(to));
+        if (a > 0.0) != (b > 0.0) {
+            let part = a / (a - b);
+            kept.push((from.lerp(to, part), from_height + (to_height - from_height) * part));
+        }
+        if b > 0.0 {
+            kept.push((to, to_height));
+        }
+    }
+    kept
+}
+
+/// The area of a polygon, as a share of the light's.
+fn area(polygon: &[(DVec2, f64)]) -> f64 {
+    let next = polygon.iter().cycle().skip(1);
+    let sum: f64 = polygon.iter().zip(next).map(|(&(a, _), &(b, _))| a.perp_dot(b)).sum();
+    0.5 * sum.abs()
+}
