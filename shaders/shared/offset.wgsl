@@ -12,7 +12,7 @@ fn largest(v: vec3<f32>) -> f32 {
 // Of a point on a triangle with these largest extents along each axis; the second part is for the rounding of interpolation
 // between its corners, which the CPU does in double precision.
 fn offset_on(point: vec3<f32>, up: vec3<f32>, extents: vec3<f32>) -> f32 {
-    let size = largest(point) + largest(extents) * (1.0 / 1024.0);
+    let size = largest(point) + largest(extents) * (1.0 / 4096.0);
     return UNIT * (12.0 * size + 4.0 * dot3(abs(up), extents));
 }
 

@@ -10,11 +10,12 @@ use halflight::raster4d::Raster4dConfig;
 use halflight::refine::{LatticeConfig, NicholsConfig, SfvtGassConfig};
 use halflight::scene::Scene;
 use halflight_gpu::{GpuError, Inputs, Inside, Renderer, Surfaces, required_limits};
-use halflight_tests::{Stage, blocker_over_floor, quads};
+use halflight_tests::{Room, Stage, blocker_over_floor, quads};
 
 use crate::device::Bench;
 use crate::masks::compare;
 use crate::scenes::{SCENES, Twins, bundled, full};
+use crate::whole::nmse2;
 
 fn with(visibility: VisibilityConfig, kind: PatternKind) -> PipelineConfig {
     let sampling = LightSampling { kind, ..LightSampling::default() };
@@ -193,4 +194,21 @@ fn what_raster4d_cannot_do_is_refused() {
     assert!(matches!(large, GpuError::TooLarge { needed: 1025, .. }), "{large}");
     let parts = refusal(Raster4dConfig { one_cell: false, ..usual }, PatternKind::Grid);
     assert!(matches!(parts, GpuError::Unsupported { .. }), "{parts}");
+}
+
+#[test]
+fn lamps_in_ceilings_shine() {
+    let Some(bench) = Bench::open() else { return };
+    for (step, two_sided) in [(0, false), (1, true), (2, false), (3, true)] {
+        let height = 2.2 + 0.073 * f64::from(step);
+        let stage = Stage::new(Room { height, two_sided, ..Room::default() }.scene()).unwrap();
+        for config in [beams(), raster4d(), full(32, 24, Shading::Ratio)] {
+            let twins = Twins::of(&bench, stage.clone(), &config, true);
+            assert_eq!(twins.gpu.flush_lights(), twins.cpu.flush_lights());
+            assert_eq!(twins.gpu.flush_lights().len(), 1);
+            let image: Vec<[f32; 4]> = bench.read(twins.gpu.image());
+            assert!(image.iter().filter(|rgb| rgb[0] > 0.5).count() > 200);
+            assert!(nmse2(&image, twins.cpu.image()) < 1e-8, "{height} {two_sided}");
+        }
+    }
 }

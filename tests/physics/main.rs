@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod flush_lights;
 mod half_plane;
 mod open_floor;
 mod unshadowed;

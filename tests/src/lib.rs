@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use halflight::bvh::Bvh;
 use halflight::config::PipelineConfig;
-use halflight::glam::{Vec2, Vec3};
+use halflight::glam::{DQuat, DVec3, Vec2, Vec3};
 use halflight::light::AreaLight;
 use halflight::pipeline::{Image, Pipeline, PipelineBuilder};
 use halflight::scene::{Camera, Material, Mesh, Scene};
@@ -94,6 +94,66 @@ pub fn square_light(centre: Vec3, side: f32) -> AreaLight {
         edge_v: Vec3::Z * side,
         radiance: Vec3::new(10.0, 9.0, 8.0),
         two_sided: false,
+    }
+}
+
+/// A floor below a lamp of 1 × 1 m that is flush with a surface or hangs above one.
+#[derive(Clone, Copy, Debug)]
+pub struct Room {
+    /// Turns everything about the world's origin, before it is shifted.
+    pub turn: DQuat,
+    /// Moves everything, metres.
+    pub shift: DVec3,
+    /// Height of the lamp above the floor, metres.
+    pub height: f64,
+    /// Side of the square surface at the lamp, metres.
+    pub cover: f64,
+    /// How far below the lamp that surface lies, metres.
+    pub gap: f64,
+    /// Whether the lamp shines upwards as well.
+    pub two_sided: bool,
+}
+
+impl Default for Room {
+    fn default() -> Self {
+        Self {
+            turn: DQuat::IDENTITY,
+            shift: DVec3::ZERO,
+            height: 2.5,
+            cover: 8.0,
+            gap: 0.0,
+            two_sided: false,
+        }
+    }
+}
+
+impl Room {
+    /// The floor, triangles 0 and 1, and the surface, 2 and 3, whose corners are rounded in other units than the lamp's.
+    pub fn scene(&self) -> Scene {
+        let place = |p: DVec3| self.turn * p + self.shift;
+        let rounded = |p: DVec3| (place(p) * 100.0).as_vec3() * 0.01;
+        let square = |y: f64, half: f64| {
+            [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)]
+                .map(|(x, z)| DVec3::new(x * half, y, z * half))
+        };
+        let mut mesh = quads(&[(Vec3::ZERO, Vec3::X, Vec3::Z), (Vec3::ZERO, Vec3::X, Vec3::Z)]);
+        let corners = square(0.0, 4.0).into_iter().chain(square(self.height - self.gap, self.cover * 0.5));
+        mesh.positions = corners.map(rounded).collect();
+        let [corner, u, v] = [DVec3::new(-0.5, self.height, -0.5), DVec3::X, DVec3::Z];
+        let light = AreaLight {
+            corner: place(corner).as_vec3(),
+            edge_u: (self.turn * u).as_vec3(),
+            edge_v: (self.turn * v).as_vec3(),
+            radiance: Vec3::splat(10.0),
+            two_sided: self.two_sided,
+        };
+        let camera = Camera {
+            eye: place(DVec3::new(0.0, 1.6, 3.6)).as_vec3(),
+            target: place(DVec3::new(0.0, 0.0, 0.5)).as_vec3(),
+            up: (self.turn * DVec3::Y).as_vec3(),
+            fov_y_deg: 40.0,
+        };
+        Scene { mesh, lights: vec![light], camera }
     }
 }
 

@@ -85,7 +85,7 @@ impl GBuffer {
 /// does to it and to the surfaces next to it. World space, metres.
 ///
 /// `extent` is the largest extent of the point's triangle along any axis. With u = 2⁻²⁴ the offset is
-/// 12 u · (largest coordinate + extent / 1024), 6 to 12 units in the last place of the largest coordinate:
+/// 12 u · (largest coordinate + extent / 4096), 6 to 12 units in the last place of the largest coordinate:
 ///
 /// | part | covers |
 /// | --- | --- |
@@ -99,6 +99,6 @@ impl GBuffer {
 #[inline]
 pub fn receiver_origin(point: DVec3, normal: Vec3, extent: f32) -> Vec3 {
     const UNIT: f64 = 1.0 / 16_777_216.0;
-    let size = point.abs().max_element() + f64::from(extent) * (1.0 / 1024.0);
+    let size = point.abs().max_element() + f64::from(extent) * (1.0 / 4096.0);
     (point + normal.as_dvec3() * (12.0 * UNIT * size)).as_vec3()
 }

@@ -6,13 +6,17 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::Parser;
+use halflight_core::gbuffer::GBuffer;
 use halflight_cpu::bvh::Bvh;
+use halflight_cpu::gbuffer;
 use halflight_lab::ablate::provenance::Provenance;
 use halflight_lab::exactness::certificates::{self, Outcome};
+use halflight_lab::exactness::primary::{self, PrimaryAgreement};
 use halflight_lab::exactness::{self, ExactnessError, Record, SCENES, Settings};
 use indicatif::{HumanCount, ProgressBar, ProgressStyle};
 
-/// Compares the masks of bvh, raster4d and beam bit for bit, and with brute force, and tries to break what beams prove.
+/// Compares what pixels see with brute force in double precision, the masks of bvh, raster4d and beam bit for bit and with
+/// brute force, and tries to break what beams prove.
 ///
 /// Fails where anything differs.
 #[derive(Parser)]
@@ -34,10 +38,13 @@ struct Arguments {
     /// Only the attacks on what beams prove
     #[arg(long, conflicts_with_all = ["scene", "pairs", "brute_force"])]
     only_certificates: bool,
+    /// Side of the square image whose pixels are compared with brute force in each scene; 0 for none
+    #[arg(long, value_name = "PIXELS", default_value_t = 480)]
+    primary: u16,
     /// Seed of light samples, chosen receivers and attacks
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u32,
-    /// Folder for exactness.csv and certificates.csv
+    /// Folder for primary.csv, exactness.csv and certificates.csv
     #[arg(long, value_name = "DIR", default_value = "target/exactness")]
     out: PathBuf,
 }
@@ -81,6 +88,17 @@ fn run(arguments: &Arguments) -> Result<bool, ExactnessError> {
         )?;
         right &= records.iter().all(|record| record.different == 0);
     }
+    if !arguments.only_certificates && arguments.primary > 0 {
+        let records = primary_hits(arguments)?;
+        for (scene, triangles, PrimaryAgreement { pixels, different, open }) in &records {
+            println!(
+                "{scene:<14} {triangles:>10}  primary hits of {pixels} pixels: {different} differ, {open} within rounding of an edge"
+            );
+        }
+        let columns = ["scene", "triangles", "pixels", "different", "open"];
+        exactness::write_csv(&arguments.out, "primary.csv", &columns, &records, arguments.seed, &provenance)?;
+        right &= records.iter().all(|record| record.2.different == 0);
+    }
     if arguments.certificates > 0 {
         let bar = bar("certificates", arguments.certificates);
         let outcome = certificates::attack(arguments.certificates, arguments.seed, |cases| bar.inc(cases))?;
@@ -99,13 +117,28 @@ fn run(arguments: &Arguments) -> Result<bool, ExactnessError> {
     Ok(right)
 }
 
+/// The scenes to compare.
+fn names(arguments: &Arguments) -> Vec<String> {
+    if arguments.scene.is_empty() { SCENES.map(str::to_string).to_vec() } else { arguments.scene.clone() }
+}
+
+/// What pixels see in each scene, against brute force.
+fn primary_hits(arguments: &Arguments) -> Result<Vec<(String, usize, PrimaryAgreement)>, ExactnessError> {
+    let side = u32::from(arguments.primary);
+    let one = |name: String| {
+        let scene = halflight_scene::resolve(&name)?.scene;
+        let mut seen = GBuffer::default();
+        gbuffer::trace(&Bvh::build(&scene.mesh)?, &scene, side, side, &mut seen);
+        Ok((name, scene.mesh.triangle_count(), primary::check(&scene, &seen)))
+    };
+    names(arguments).into_iter().map(one).collect()
+}
+
 fn scenes(arguments: &Arguments) -> Result<Vec<Record>, ExactnessError> {
-    let named = SCENES.map(str::to_string);
-    let names = if arguments.scene.is_empty() { &named[..] } else { &arguments.scene };
     let settings =
         Settings { pairs: arguments.pairs, brute_force: arguments.brute_force, seed: arguments.seed };
     let mut records = Vec::new();
-    for name in names {
+    for name in &names(arguments) {
         let scene = halflight_scene::resolve(name)?.scene;
         let bvh = Arc::new(Bvh::build(&scene.mesh)?);
         let mut backends = exactness::backends(&bvh)?;

@@ -1,9 +1,10 @@
 //! Exactness: masks of all exact backends, held against each other and against brute force bit for bit.
 //!
-//! [`check`] asks them about the receivers of images of a scene; [`certificates`] tries to break what beams prove without
-//! asking.
+//! [`check`] asks them about the receivers of images of a scene; [`primary`] holds what pixels see against brute force;
+//! [`certificates`] tries to break what beams prove without asking.
 
 pub mod certificates;
+pub mod primary;
 mod truth;
 
 use std::io::Write;

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
-use halflight_core::gbuffer::GBuffer;
+use glam::{DQuat, DVec3, Vec3};
+use halflight_core::gbuffer::{GBuffer, receiver_origin};
 use halflight_core::light::AreaLight;
 use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::{Pattern, PatternKind};
@@ -180,5 +180,77 @@ fn closed_boxes_let_nothing_in() {
             "{receivers}"
         );
         assert_eq!(visible, 0, "scaled by {scale}, moved by {shift}, of {shadowed}");
+    }
+}
+
+/// The points of `list` turned about an odd axis, where `turned`, in double precision.
+fn turned(turned: bool, list: &[DVec3]) -> Vec<DVec3> {
+    let turn = DQuat::from_axis_angle(DVec3::new(0.3, 0.9, -0.4).normalize(), 1.1);
+    list.iter().map(|&point| if turned { turn * point } else { point }).collect()
+}
+
+/// How many of 64 samples of a light, 3 m above a square ground, are visible from the point of the ground's first triangle
+/// that has these weights; below a sheet that lies `gap` above the ground, if there is one.
+fn visible_below_sheet(half: f64, weights: DVec3, shift: DVec3, turn: bool, gap: Option<f64>) -> u32 {
+    let square = |middle: DVec3, half: f64| {
+        [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)]
+            .map(|(x, z)| middle + DVec3::new(x, 0.0, z) * half)
+    };
+    let plane = |points: [DVec3; 4]| {
+        let [a, b, c, d] = <[Vec3; 4]>::try_from(
+            turned(turn, &points).iter().map(|&p| (p + shift).as_vec3()).collect::<Vec<_>>(),
+        )
+        .unwrap();
+        [[a, b, c], [a, c, d]]
+    };
+    // The sheet and the light lie over the point.
+    let ground = square(DVec3::ZERO, half);
+    let middle = ground[0] * weights.x + ground[1] * weights.y + ground[2] * weights.z;
+    let mut mesh_corners = plane(ground).to_vec();
+    let corners = mesh_corners[0].map(Vec3::as_dvec3);
+    mesh_corners.extend(gap.map(|gap| plane(square(middle + DVec3::Y * gap, 1.0))).into_iter().flatten());
+    let [lamp, ..] = plane(square(middle + DVec3::Y * 3.0, 0.5))[0];
+    let edges = turned(turn, &[DVec3::X, DVec3::Z]);
+    let light = AreaLight {
+        corner: lamp,
+        edge_u: edges[0].as_vec3(),
+        edge_v: edges[1].as_vec3(),
+        radiance: Vec3::ONE,
+        two_sided: true,
+    };
+    let scene = scene(&mesh_corners, light);
+    let point = corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z;
+    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize().as_vec3();
+    let extent = 2.0 * half as f32;
+    let mut batch = MaskBatch::default();
+    batch.reset(0, Pattern::with_count(PatternKind::Jittered, 64).unwrap(), Purpose::Refine);
+    batch.push(receiver_origin(point, normal, extent), normal, 0, 7, None);
+    answer(&mut BvhRays::new(Arc::new(Bvh::build(&scene.mesh).unwrap())), &scene, &mut batch)[0].count_ones()
+}
+
+#[test]
+fn sheets_shade_the_ground_right_below_them() {
+    let weights = [DVec3::new(0.5, 0.001, 0.499), DVec3::new(0.4, 0.3, 0.3), DVec3::new(0.01, 0.98, 0.01)];
+    for half in [2.0, 100.0, 2500.0] {
+        for shift in
+            [DVec3::ZERO, DVec3::new(1.0, 7.0, -3.0), DVec3::new(1e3, -2e3, 500.0), DVec3::splat(1e5)]
+        {
+            for (weights, turn) in weights.into_iter().flat_map(|w| [(w, false), (w, true)]) {
+                let corner = |x: f64, z: f64| turned(turn, &[DVec3::new(x, 0.0, z) * half])[0] + shift;
+                let middle = corner(-1.0, -1.0) * weights.x
+                    + corner(-1.0, 1.0) * weights.y
+                    + corner(1.0, 1.0) * weights.z;
+                // Room for the sheet's own corners, a metre away and rounded themselves.
+                let largest = (middle.abs().max_element() + 2.0) as f32;
+                let gap = f64::from(largest.next_up() - largest) * 34.0;
+                let case = format!("ground of {half}, at {middle}, turned: {turn}");
+                assert_eq!(visible_below_sheet(half, weights, shift, turn, None), 64, "{case}");
+                assert_eq!(
+                    visible_below_sheet(half, weights, shift, turn, Some(gap)),
+                    0,
+                    "{case}, gap {gap}"
+                );
+            }
+        }
     }
 }

@@ -1,0 +1,158 @@
+//! Lights that are flush with geometry: it does not hide them, and what lies clearly before them does.
+
+use halflight::bvh::Bvh;
+use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
+use halflight::flush::separate_lights;
+use halflight::frame::LightSampling;
+use halflight::glam::{DQuat, DVec3, Vec3};
+use halflight::light::AreaLight;
+use halflight::pattern::PatternKind;
+use halflight::scene::Camera;
+use halflight::unshadowed::unshadowed;
+use halflight_tests::{Room, Stage, nmse2};
+
+fn config(visibility: &str, refiner: RefinerConfig, upsampler: UpsamplerConfig) -> PipelineConfig {
+    let visibility = VisibilityConfig::named(visibility).unwrap();
+    // 4D rasterization takes samples in rows.
+    let sampling = LightSampling { kind: PatternKind::ShiftedRows, ..LightSampling::default() };
+    PipelineConfig {
+        width: 32,
+        height: 24,
+        refiner,
+        upsampler,
+        visibility,
+        sampling,
+        ..PipelineConfig::default()
+    }
+}
+
+/// The least and the greatest share of the unshadowed light that the floor gets.
+fn shares(stage: &Stage, config: &PipelineConfig) -> (f32, f32) {
+    let mut pipeline = config.builder(stage.scene.clone(), stage.bvh.clone()).build().unwrap();
+    let image = pipeline.render().unwrap().clone();
+    let (mut range, mut count) = ((f32::INFINITY, f32::NEG_INFINITY), 0);
+    for pixel in 0..image.irradiance.len() {
+        let Some(receiver) = pipeline.gbuffer().receiver(pixel) else { continue };
+        let all: f32 = stage
+            .scene
+            .lights
+            .iter()
+            .map(|light| unshadowed(light, receiver.origin, receiver.normal) * light.radiance.x)
+            .sum();
+        let share = image.irradiance[pixel].x / all;
+        range = (range.0.min(share), range.1.max(share));
+        count += 1;
+    }
+    assert!(count > 100, "{count}");
+    range
+}
+
+/// Every exact backend with every pixel its own samples, and the default.
+fn methods() -> Vec<(&'static str, PipelineConfig)> {
+    let full = |name| (name, config(name, RefinerConfig::Full, UpsamplerConfig::Lattice));
+    let mut methods: Vec<_> = ["bvh", "raster4d", "beam", "auto"].map(full).to_vec();
+    methods.push(("default", PipelineConfig { width: 32, height: 24, ..PipelineConfig::default() }));
+    methods
+}
+
+#[test]
+fn lamps_in_ceilings_shine_at_every_height_and_in_every_position() {
+    let turn = DQuat::from_axis_angle(DVec3::new(0.2, -0.4, 0.9).normalize(), 0.8);
+    let places = [
+        (DQuat::IDENTITY, DVec3::ZERO),
+        (turn, DVec3::ZERO),
+        (DQuat::IDENTITY, DVec3::new(900.0, 50.0, -300.0)),
+        (turn, DVec3::new(900.0, 50.0, -300.0)),
+    ];
+    for (turn, shift) in places {
+        for step in 0..12 {
+            for two_sided in [false, true] {
+                let room = Room {
+                    turn,
+                    shift,
+                    height: 2.2 + 0.073 * f64::from(step),
+                    two_sided,
+                    // The lamp's own polygon every other time, else a ceiling.
+                    cover: if step % 2 == 0 { 8.0 } else { 1.0 },
+                    ..Room::default()
+                };
+                let stage = Stage::new(room.scene()).unwrap();
+                for (name, config) in methods() {
+                    let (low, high) = shares(&stage, &config);
+                    // Far from the origin single precision moves the light by 2⁻¹⁴ of its height.
+                    assert!(low > 0.999 && high < 1.001, "{name}, {room:?}: {low} to {high}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn plates_before_a_lamp_hide_it() {
+    for shift in [DVec3::ZERO, DVec3::new(-100.0, 3.0, 20.0)] {
+        for (gap, two_sided) in [(1e-3, false), (1e-3, true), (5e-3, false)] {
+            let room = Room { shift, cover: 1.5, gap, two_sided, ..Room::default() };
+            let stage = Stage::new(room.scene()).unwrap();
+            for (name, config) in methods() {
+                assert_eq!(shares(&stage, &config), (0.0, 0.0), "{name}, {room:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn lights_and_triangles_are_named() {
+    let mut scene = Room { cover: 8.0, ..Room::default() }.scene();
+    scene.lights.insert(0, AreaLight { corner: Vec3::new(0.3, 1.0, 0.2), ..scene.lights[0] });
+    let bvh = Bvh::build(&scene.mesh).unwrap();
+    for bvh in [Some(&bvh), None] {
+        let (lights, flush) = separate_lights(&scene, bvh);
+        // Triangles 0 and 1 are the floor.
+        assert_eq!((flush.len(), flush[0].light, &flush[0].triangles[..]), (1, 1, &[2, 3][..]));
+        assert!(flush[0].moved > 0.0 && flush[0].moved < 1e-5, "{flush:?}");
+        assert_eq!((lights.len(), lights[0]), (2, scene.lights[0]));
+        let text = flush[0].to_string();
+        assert!(text.starts_with("light 1 lies in the plane of triangles 2, 3 up to rounding"), "{text}");
+    }
+    // Beside the light, below it and across its plane.
+    for (corner, u, v) in [
+        (Vec3::new(0.5001, 2.5, -4.0), Vec3::X, Vec3::Z * 8.0),
+        (Vec3::new(-4.0, 2.499, -4.0), Vec3::X * 8.0, Vec3::Z * 8.0),
+        (Vec3::new(-4.0, 2.0, -0.1), Vec3::X * 8.0, Vec3::Y),
+        (Vec3::new(-4.0, 2.5, -4.0), Vec3::new(8.0, 0.001, 0.0), Vec3::Z * 8.0),
+    ] {
+        scene.mesh = halflight_tests::quads(&[(corner, u, v)]);
+        assert!(separate_lights(&scene, None).1.is_empty(), "{corner}");
+    }
+}
+
+#[test]
+fn both_sides_of_a_light_in_a_surface_shine() {
+    // A two-sided light in a slab between two floors, and the same without the slab.
+    let mut scene = Room { height: 2.0, cover: 1.0, two_sided: true, ..Room::default() }.scene();
+    scene
+        .mesh
+        .positions
+        .extend([(-4.0, -4.0), (-4.0, 4.0), (4.0, 4.0), (4.0, -4.0)].map(|(x, z)| Vec3::new(x, 4.0, z)));
+    scene.mesh.normals.extend([Vec3::NEG_Y; 4]);
+    scene.mesh.uvs.extend([halflight::glam::Vec2::ZERO; 4]);
+    let first = scene.mesh.positions.len() as u32 - 4;
+    scene.mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    scene.mesh.material_ids.extend([0, 0]);
+    scene.camera = Camera {
+        eye: Vec3::new(0.0, 2.2, 8.0),
+        target: Vec3::new(0.0, 2.0, 0.0),
+        up: Vec3::Y,
+        fov_y_deg: 60.0,
+    };
+    let mut open = scene.clone();
+    open.mesh.triangles.drain(2..4);
+    open.mesh.material_ids.drain(2..4);
+    let [with, without] = [scene, open].map(|scene| {
+        let stage = Stage::new(scene).unwrap();
+        stage.render(&config("bvh", RefinerConfig::Full, UpsamplerConfig::Lattice)).unwrap()
+    });
+    let lit = without.irradiance.iter().filter(|e| e.x > 0.0).count();
+    assert!(lit > 200, "{lit}");
+    assert!(nmse2(&with, &without) < 1e-6);
+}
