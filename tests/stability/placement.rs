@@ -50,6 +50,40 @@ fn scale_and_place_do_not_change_the_image() {
 }
 
 #[test]
+fn powers_of_two_do_not_change_the_image_within_the_range() {
+    for refiner in [RefinerConfig::Full, PipelineConfig::default().refiner] {
+        let config = config(refiner);
+        let expected = Stage::new(transformed(1.0, Vec3::ZERO)).unwrap().render(&config).unwrap();
+        // The scene is 28 m across and reaches 10 m from the origin.
+        for power in [-31, -24, -12, 12, 20, 23] {
+            let scene = transformed(2f32.powi(power), Vec3::ZERO);
+            let image = Stage::new(scene).unwrap().render(&config).unwrap();
+            // Products of coordinates are scaled without rounding; bounds in absolute terms are not.
+            let error = nmse2(&image, &expected);
+            assert!(error < 1e-7, "2^{power}: {error}");
+        }
+    }
+}
+
+#[test]
+fn sizes_beyond_the_range_are_refused() {
+    for (power, expected) in [(-33, "less than 1e-8 m across"), (24, "1e8 m or more")] {
+        let error = Stage::new(transformed(2f32.powi(power), Vec3::ZERO)).err().unwrap().to_string();
+        assert!(error.contains(expected) && error.contains("from 1e-8 to 1e8 m"), "{error}");
+    }
+    let config = config(RefinerConfig::Full);
+    let far = |change: fn(&mut Scene)| {
+        let mut scene = blocker_over_floor();
+        change(&mut scene);
+        Stage::new(scene).unwrap().render(&config).err().unwrap().to_string()
+    };
+    let light = far(|scene| scene.lights[0].corner.y = 1e9);
+    assert!(light.contains("light 0 lies 1e8 m or more"), "{light}");
+    let camera = far(|scene| scene.camera.eye.y = 1e9);
+    assert!(camera.contains("1e8 m or more"), "{camera}");
+}
+
+#[test]
 fn lights_in_awkward_places_give_finite_images() {
     let lights = [
         ("touching the floor", square_light(Vec3::ZERO, 1.0)),

@@ -2,6 +2,8 @@
 
 use glam::{Vec2, Vec3};
 
+use crate::scene::MAX_COORDINATE;
+
 /// A parallelogram that emits a uniform radiance along `cross(edge_u, edge_v)`.
 ///
 /// It is not geometry: it casts no shadow and the camera does not see it.
@@ -37,6 +39,14 @@ pub enum LightError {
     /// A coordinate or the radiance is NaN or infinite.
     #[error("light {index} has a value that is not finite")]
     NotFinite {
+        /// Index of the light in the scene.
+        index: usize,
+    },
+    /// Single precision cannot work with distances so large.
+    #[error(
+        "light {index} lies {MAX_COORDINATE:e} m or more from the origin along an axis: scale the scene down or bring it nearer"
+    )]
+    TooFar {
         /// Index of the light in the scene.
         index: usize,
     },
@@ -84,7 +94,7 @@ impl AreaLight {
         if self.two_sided { side != 0.0 } else { side > 0.0 }
     }
 
-    /// Checks that the light is finite, has an area and does not emit negative radiance.
+    /// Checks that the light is finite and in range, has an area and does not emit negative radiance.
     ///
     /// # Errors
     /// The first fault found; `index` is only used to name the light.
@@ -92,6 +102,9 @@ impl AreaLight {
         let finite = [self.corner, self.edge_u, self.edge_v, self.radiance].iter().all(|v| v.is_finite());
         if !finite {
             return Err(LightError::NotFinite { index });
+        }
+        if self.corners().iter().any(|corner| corner.abs().max_element() >= MAX_COORDINATE) {
+            return Err(LightError::TooFar { index });
         }
         if self.radiance.min_element() < 0.0 {
             return Err(LightError::Negative { index });

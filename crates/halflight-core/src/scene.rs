@@ -4,6 +4,13 @@ use glam::{Vec2, Vec3};
 
 use crate::light::AreaLight;
 
+/// What coordinates of geometry, lights and cameras must stay below, metres: fourth powers of distances are finite in single
+/// precision up to forty times as far.
+pub const MAX_COORDINATE: f32 = 1e8;
+
+/// The smallest diagonal of a mesh's bounding box, metres: fourth powers of a thirtieth of it are not subnormal.
+pub const MIN_DIAGONAL: f32 = 1e-8;
+
 /// A scene: one triangle mesh, its lights and the camera that looks at it.
 ///
 /// World space, metres, right-handed, y up. Several lights are summed.
@@ -117,6 +124,21 @@ pub enum MeshError {
         /// The vertex.
         vertex: usize,
     },
+    /// Single precision cannot work with distances so large.
+    #[error(
+        "vertex {vertex} lies {MAX_COORDINATE:e} m or more from the origin along an axis; scenes may range from {MIN_DIAGONAL:e} \
+         to {MAX_COORDINATE:e} m: scale the scene down"
+    )]
+    TooFar {
+        /// The vertex.
+        vertex: usize,
+    },
+    /// Single precision cannot work with distances so small.
+    #[error(
+        "the mesh measures less than {MIN_DIAGONAL:e} m across; scenes may range from {MIN_DIAGONAL:e} to {MAX_COORDINATE:e} m: \
+         scale the scene up"
+    )]
+    TooSmall,
     /// More vertices or triangles than 32-bit indices can name.
     #[error("mesh has more than {} triangles or vertices", u32::MAX / 4)]
     TooLarge,
@@ -140,7 +162,7 @@ impl Mesh {
         Some(self.positions.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p))))
     }
 
-    /// Checks array lengths, indices and finite coordinates, so that no later stage has to.
+    /// Checks array lengths, indices, and that coordinates are finite and in range, so that no later stage has to.
     ///
     /// # Errors
     /// The first fault found, naming the triangle or vertex.
@@ -157,6 +179,14 @@ impl Mesh {
         length("material ids", self.material_ids.len(), self.triangles.len())?;
         if let Some(vertex) = self.positions.iter().position(|p| !p.is_finite()) {
             return Err(MeshError::NotFinite { vertex });
+        }
+        if let Some(vertex) = self.positions.iter().position(|p| p.abs().max_element() >= MAX_COORDINATE) {
+            return Err(MeshError::TooFar { vertex });
+        }
+        // A product of two small differences may be 0.
+        let (low, high) = self.bounds().unwrap_or_default();
+        if !self.triangles.is_empty() && (high - low).as_dvec3().length() < f64::from(MIN_DIAGONAL) {
+            return Err(MeshError::TooSmall);
         }
         let check = |triangle, what, index: u32, count: usize| {
             if (index as usize) < count {

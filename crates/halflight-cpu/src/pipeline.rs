@@ -12,7 +12,7 @@ use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::{Pattern, PatternError};
 use halflight_core::proof::{Proof, Region};
 use halflight_core::pyramid::Pyramid;
-use halflight_core::scene::{MeshError, Scene};
+use halflight_core::scene::{MAX_COORDINATE, MeshError, Scene};
 use halflight_core::stages::{Refiner, Unsupported, Upsampler, Visibility};
 use halflight_core::stats::{FrameStats, RayCounts, VisibilityStats};
 
@@ -222,6 +222,11 @@ fn check_camera(scene: &Scene) -> Result<(), PipelineError> {
     let view = camera.target - camera.eye;
     if ![camera.eye, camera.target, camera.up].iter().all(|v| v.is_finite()) {
         return Err(PipelineError::Camera("a value is not finite"));
+    }
+    if camera.eye.abs().max(camera.target.abs()).max_element() >= MAX_COORDINATE {
+        return Err(PipelineError::Camera(
+            "eye or target lies 1e8 m or more from the origin: scale the scene down",
+        ));
     }
     if view.length_squared() == 0.0 {
         return Err(PipelineError::Camera("eye and target are the same point"));

@@ -53,14 +53,6 @@ pub enum GpuError {
         /// Levels that are allowed.
         limit: usize,
     },
-    /// A coordinate is too large for single precision.
-    #[error("vertex {vertex} lies {limit} or more from the origin, too far for single precision")]
-    Extent {
-        /// The vertex.
-        vertex: usize,
-        /// The largest coordinate.
-        limit: f32,
-    },
     /// A shader could not be read or compiled.
     #[error("shader {name}: {reason}")]
     Shader {

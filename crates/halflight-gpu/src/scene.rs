@@ -5,7 +5,6 @@ use std::time::Duration;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use halflight_core::scene::{Mesh, Scene};
-use halflight_cpu::bvh::Bvh;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
@@ -55,10 +54,6 @@ impl SceneBuffers {
         let mesh = &scene.mesh;
         let (low, high) = mesh.bounds().unwrap_or_default();
         let largest = low.abs().max(high.abs()).max_element();
-        if let Some(vertex) = mesh.positions.iter().position(|p| p.abs().max_element() >= Bvh::MAX_COORDINATE)
-        {
-            return Err(GpuError::Extent { vertex, limit: Bvh::MAX_COORDINATE });
-        }
         let size = (high - low).length();
         // As on the CPU: box tests are wrong by a few units in the last place of distances inside the scene, and of the
         // boxes' own coordinates.

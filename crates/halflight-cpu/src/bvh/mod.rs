@@ -40,15 +40,6 @@ pub enum BvhError {
     /// The mesh contradicts itself.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// Products of coordinates would overflow.
-    #[error(
-        "vertex {vertex} lies {} or more from the origin, too far for single precision",
-        Bvh::MAX_COORDINATE
-    )]
-    Extent {
-        /// The vertex.
-        vertex: usize,
-    },
     /// A hierarchy cannot be refitted to another mesh.
     #[error("the mesh has {found} triangles, but the hierarchy is over {expected}: build a new one")]
     TriangleCount {
@@ -70,9 +61,6 @@ pub struct Bvh {
 }
 
 impl Bvh {
-    /// The largest coordinate: cubes of it stay finite in single precision.
-    pub const MAX_COORDINATE: f32 = 1e12;
-
     /// Builds the hierarchy. A mesh without triangles is fine: nothing hits it.
     ///
     /// # Errors
@@ -142,10 +130,6 @@ impl Extent {
     /// Of a mesh that a hierarchy can be over.
     fn of(mesh: &Mesh) -> Result<Self, BvhError> {
         mesh.validate()?;
-        if let Some(vertex) = mesh.positions.iter().position(|p| p.abs().max_element() >= Bvh::MAX_COORDINATE)
-        {
-            return Err(BvhError::Extent { vertex });
-        }
         let (low, high) = mesh.bounds().unwrap_or_default();
         Ok(Self { diagonal: (high - low).length(), largest: low.abs().max(high.abs()).max_element() })
     }

@@ -51,9 +51,11 @@ fn contradictions_and_overflow_are_errors() {
     let mut bad = good.clone();
     bad.positions[4].y = f32::NAN;
     assert_eq!(Bvh::build(&bad).unwrap_err(), BvhError::Mesh(MeshError::NotFinite { vertex: 4 }));
+    let tiny = Mesh { positions: good.positions.iter().map(|&p| p * 1e-12).collect(), ..good.clone() };
+    assert_eq!(Bvh::build(&tiny).unwrap_err(), BvhError::Mesh(MeshError::TooSmall));
     let mut bad = good;
     bad.positions[5].z = -2e12;
     let error = Bvh::build(&bad).unwrap_err();
-    assert_eq!(error, BvhError::Extent { vertex: 5 });
+    assert_eq!(error, BvhError::Mesh(MeshError::TooFar { vertex: 5 }));
     assert!(error.to_string().contains("vertex 5"));
 }

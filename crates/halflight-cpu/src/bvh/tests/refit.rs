@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{Mat3, Vec3};
-use halflight_core::scene::{Camera, Mesh, Scene};
+use halflight_core::scene::{Camera, Mesh, MeshError, Scene};
 
 use super::meshes::{Numbers, answer, ask, clusters, hall, lamp, mesh, patterns, scene, soup};
 use crate::bvh::{Bvh, BvhError, BvhRays};
@@ -105,7 +105,7 @@ fn other_meshes_are_refused_and_change_nothing() {
     assert_eq!(error, BvhError::TriangleCount { found: 99, expected: 100 });
     let mut far = still.clone();
     far.positions[7].x = 2e12;
-    assert_eq!(bvh.refit(&far).unwrap_err(), BvhError::Extent { vertex: 7 });
+    assert_eq!(bvh.refit(&far).unwrap_err(), BvhError::Mesh(MeshError::TooFar { vertex: 7 }));
     far.positions[7].x = f32::NAN;
     assert!(matches!(bvh.refit(&far), Err(BvhError::Mesh(_))));
     assert_eq!(format!("{bvh:?}"), before);
