@@ -6,7 +6,7 @@ use halflight_core::glam::Vec3;
 use halflight_lab::exr_file::{self, ExrFile, Window, layer_in_words};
 use halflight_lab::program::{print, say};
 use halflight_lab::{memory, picture};
-use halflight_metrics::{Comparison, Image, compare, is_standard_output, write_png};
+use halflight_metrics::{CompareError, Comparison, Image, compare, is_standard_output, write_png};
 
 use crate::Outcome;
 use crate::args::Compare;
@@ -23,7 +23,6 @@ pub(crate) fn run(args: &Compare) -> Outcome {
     let output: Vec<_> = args.error_map.iter().map(|path| ("--error-map", path.clone())).collect();
     outputs::check(&output, &[args.image.clone(), args.reference.clone()])?;
     let pair = Pair::read(args)?;
-    say(&pair.words);
     let Window { width, height, .. } = pair.window;
     let what = format!("comparing images of {width}x{height} pixels");
     memory::check(what, MEASURES.saturating_mul(u64::from(width) * u64::from(height)))?;
@@ -32,7 +31,8 @@ pub(crate) fn run(args: &Compare) -> Outcome {
     if let Some(mask) = &pair.mask {
         reference = reference.with_mask(mask)?;
     }
-    let errors = compare(image, reference)?;
+    let errors = compare(image, reference).map_err(|error| in_picture(error, &pair.window))?;
+    say(&pair.words);
     if let Some(path) = &args.error_map {
         let rgb = picture::error(image, reference, args.scale)?;
         write_png(path, width, height, &rgb)?;
@@ -63,12 +63,12 @@ impl Pair {
         let [layer, reference_layer] = layers(args.layer.as_deref(), &image, &reference);
         let (pixels, truth) = (image.layer(layer)?, reference.layer(reference_layer)?);
         let window = common_window(&image, &reference)?;
-        let mut words = format!("compared {}", layer_in_words(layer));
+        let mut words = format!("compared: {}", layer_in_words(layer));
         if layer != reference_layer {
             words += &format!(" with {}", layer_in_words(reference_layer));
         }
         if image.window() != reference.window() {
-            words += &format!(", {window}");
+            words += &format!("; {window}, which both files have");
         }
         let seen = reference.plane("depth", "Z").ok().map(|depth| reference.crop(depth, &window));
         Ok(Self {
@@ -78,6 +78,17 @@ impl Pair {
             mask: seen.map(|depth| depth.iter().map(|depth| depth.is_finite()).collect()),
             words,
         })
+    }
+}
+
+/// An error that names a pixel by its place in the picture, not in the window.
+fn in_picture(error: CompareError, window: &Window) -> Box<dyn Error> {
+    match error {
+        CompareError::NotFinite { role, x, y, value } => {
+            let (x, y) = (window.x + i64::from(x), window.y + i64::from(y));
+            format!("pixel ({x}, {y}) of the {role} is not finite: {value}").into()
+        }
+        other => other.into(),
     }
 }
 

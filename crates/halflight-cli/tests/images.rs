@@ -63,10 +63,10 @@ fn plain_images_are_compared_and_irradiance_comes_first() {
     write(&place, "grey.exr", whole(&["Y"], 1.1));
     write(&place, "gray.exr", whole(&["Y"], 1.0));
     for (arguments, layer) in [
-        ("rgba.exr rgb.exr", "compared default layer\n"),
-        ("both.exr rgb.exr", "compared default layer\n"),
-        ("both.exr twice.exr", "compared layer `irradiance`\n"),
-        ("grey.exr gray.exr", "compared default layer\n"),
+        ("rgba.exr rgb.exr", "compared: default layer\n"),
+        ("both.exr rgb.exr", "compared: default layer\n"),
+        ("both.exr twice.exr", "compared: layer `irradiance`\n"),
+        ("grey.exr gray.exr", "compared: default layer\n"),
     ] {
         let (error, said) = compared(&place, arguments);
         // 1.1 times the reference, but for rounding.
@@ -84,7 +84,7 @@ fn plain_images_are_compared_and_irradiance_comes_first() {
     place.good("render contact --size 8x6 --out own.exr");
     let (error, _) = compared(&place, "own.exr own.exr --layer radiance");
     assert_eq!(error, 0.0);
-    assert!(compared(&place, "own.exr rgb.exr").1.starts_with("compared default layer"));
+    assert!(compared(&place, "own.exr rgb.exr").1.starts_with("compared: default layer"));
 }
 
 #[test]
@@ -94,7 +94,10 @@ fn pixels_are_compared_where_they_lie() {
     write(&place, "whole.exr", whole(&RGB, 1.0));
     write(&place, "crop.exr", layer(&RGB, (2, 1), (5, 4), 1.0));
     let (error, said) = compared(&place, "crop.exr whole.exr");
-    assert_eq!((error, &*said), (0.0, "compared default layer, 5×4 pixels from (2, 1)\n"));
+    assert_eq!(
+        (error, &*said),
+        (0.0, "compared: default layer; 5×4 pixels from (2, 1), which both files have\n")
+    );
     assert_eq!(compared(&place, "whole.exr crop.exr").0, 0.0);
     // The same numbers elsewhere.
     let mut moved = layer(&RGB, (2, 1), (5, 4), 1.0);
@@ -106,6 +109,14 @@ fn pixels_are_compared_where_they_lie() {
         message.contains("neither lies inside the other: 5×4 pixels from (3, 1) against 5×4 pixels"),
         "{message}"
     );
+    // Pixels are named by their places in the picture.
+    let mut broken = layer(&RGB, (2, 1), (5, 4), 1.0);
+    if let FlatSamples::F32(values) = &mut broken.channel_data.list[0].sample_data {
+        values[7] = f32::NAN;
+    }
+    write(&place, "broken.exr", broken);
+    let message = place.bad("compare broken.exr whole.exr");
+    assert!(message.contains("pixel (4, 2) of the image is not finite"), "{message}");
     // Pictures of different sizes are no parts of each other.
     let small = layer(&RGB, (0, 0), (5, 4), 1.0);
     Image::from_layer(small).write().to_file(place.path("small.exr")).unwrap();

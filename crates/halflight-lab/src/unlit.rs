@@ -52,9 +52,9 @@ mod tests {
 
     use super::*;
 
-    /// What is said of the bundled scene `contact` after a change, when its image is black.
+    /// What is said of the bundled scene `open-floor` after a change, when its image is black.
     fn said(change: impl Fn(&mut Scene)) -> String {
-        let mut scene = halflight_scene::load_bundled("contact").unwrap().scene;
+        let mut scene = halflight_scene::load_bundled("open-floor").unwrap().scene;
         change(&mut scene);
         let bvh = Bvh::build(&scene.mesh).unwrap();
         let mut seen = GBuffer::default();

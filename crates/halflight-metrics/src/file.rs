@@ -21,7 +21,7 @@ mod system;
 
 /// A file that could not be written. What was there before is still there, and no other file is left behind.
 #[derive(Debug, Error)]
-#[error("cannot write {}", path.display())]
+#[error("cannot write {}", shown(path))]
 pub struct WriteError {
     /// The path as it was given.
     pub path: PathBuf,
@@ -38,6 +38,11 @@ const OPEN_FILES: [&str; 3] = ["/dev/fd", "/dev/stderr", "/proc"];
 
 /// The most symbolic links that are followed, as in Linux.
 const MAX_LINKS: usize = 40;
+
+/// A path in messages.
+fn shown(path: &Path) -> String {
+    if is_standard_output(path) { "to standard output".to_owned() } else { path.display().to_string() }
+}
 
 /// Destination of a path.
 enum Target {

@@ -83,6 +83,20 @@ fn modes_and_hard_links_stay_for_longer_and_shorter_content() {
     assert_eq!(names(&folder), ["hard", "single", "twin"]);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn attributes_stay_with_their_file() {
+    use rustix::fs::{XattrFlags, getxattr, setxattr};
+    let path = folder("attributes").join("a");
+    fs::write(&path, "before").unwrap();
+    // Not all file systems have them.
+    if setxattr(&path, "user.note", b"kept", XattrFlags::empty()).is_ok() {
+        write_file(&path, b"after").unwrap();
+        let mut note = [0; 4];
+        assert_eq!((getxattr(&path, "user.note", &mut note), &note), (Ok(4), b"kept"));
+    }
+}
+
 #[test]
 fn pipes_and_devices_are_written_to() {
     let folder = folder("pipes");

@@ -24,12 +24,20 @@ pub enum ReadError {
         /// What the operating system says.
         source: io::Error,
     },
-    /// The file is not an OpenEXR image, is cut off, or is of a kind that is not supported (deep data).
+    /// The file is not an OpenEXR image, or is cut off.
     #[error("{} is not a complete OpenEXR image: {message}", path.display())]
     Format {
         /// The file.
         path: PathBuf,
         /// What is wrong.
+        message: String,
+    },
+    /// The file is an OpenEXR image of a kind that cannot be read: deep data, subsampled channels, rare compressions.
+    #[error("{} cannot be read: {message}", path.display())]
+    Unsupported {
+        /// The file.
+        path: PathBuf,
+        /// What is not supported.
         message: String,
     },
     /// The pixels do not fit into memory.
@@ -87,8 +95,13 @@ pub fn read(path: &Path) -> Result<ExrFile, ReadError> {
         return Err(format(foreign(&bytes)));
     }
     file.read_to_end(&mut bytes).map_err(open)?;
-    let meta =
-        MetaData::read_from_buffered(bytes.as_slice(), false).map_err(|error| format(error.to_string()))?;
+    let fault = |error: exr::error::Error| match error {
+        exr::error::Error::NotSupported(_) => {
+            ReadError::Unsupported { path: path.to_owned(), message: error.to_string() }
+        }
+        other => format(other.to_string()),
+    };
+    let meta = MetaData::read_from_buffered(bytes.as_slice(), false).map_err(fault)?;
     memory::check("the image", needed(&meta))
         .map_err(|source| ReadError::Memory { path: path.to_owned(), source })?;
     let image = exr::prelude::read()
@@ -98,7 +111,7 @@ pub fn read(path: &Path) -> Result<ExrFile, ReadError> {
         .all_layers()
         .all_attributes()
         .from_buffered(io::Cursor::new(bytes))
-        .map_err(|error| format(error.to_string()))?;
+        .map_err(fault)?;
 
     let colours = |name: &str| RGB.contains(&name) || name == "Y";
     let main = image

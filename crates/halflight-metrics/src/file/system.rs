@@ -21,12 +21,18 @@ pub(super) fn new_file(path: &Path, _: Option<&Metadata>) -> io::Result<File> {
 #[cfg(unix)]
 pub(super) fn may_replace(new: &Metadata, path: &Path, old: &Metadata) -> bool {
     use std::os::unix::fs::MetadataExt;
-    // Access control lists are attributes.
-    #[cfg(target_os = "linux")]
-    let attributes = rustix::fs::listxattr(path, &mut [] as &mut [u8]).unwrap_or(0);
-    #[cfg(not(target_os = "linux"))]
-    let (attributes, _) = (0, path);
-    (new.uid(), new.gid(), 1, 0) == (old.uid(), old.gid(), old.nlink(), attributes)
+    (new.uid(), new.gid(), 1) == (old.uid(), old.gid(), old.nlink()) && !has_attributes(path)
+}
+
+/// Whether access control lists or other attributes are attached to a file: their names do not fit into one byte.
+#[cfg(target_os = "linux")]
+fn has_attributes(path: &Path) -> bool {
+    rustix::fs::listxattr(path, &mut [0]) == Err(rustix::io::Errno::RANGE)
+}
+
+#[cfg(all(unix, not(target_os = "linux")))]
+fn has_attributes(_: &Path) -> bool {
+    false
 }
 
 #[cfg(not(unix))]
