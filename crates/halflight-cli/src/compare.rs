@@ -45,7 +45,7 @@ pub(crate) fn run(args: &Compare) -> Outcome {
     Ok(())
 }
 
-/// What is compared.
+/// Images that are compared.
 struct Pair {
     window: Window,
     image: Vec<Vec3>,
@@ -81,7 +81,7 @@ impl Pair {
     }
 }
 
-/// An error that names a pixel by its place in the picture, not in the window.
+/// Adds the place of the window to an error that names a pixel.
 fn in_picture(error: CompareError, window: &Window) -> Box<dyn Error> {
     match error {
         CompareError::NotFinite { role, x, y, value } => {

@@ -9,7 +9,7 @@ use halflight_metrics::{check_output, is_same_file, is_standard_output};
 /// An output: the option that asks for it, and its path.
 pub(crate) type Output = (&'static str, PathBuf);
 
-/// What `--help` says about the paths of outputs.
+/// Account of the paths of outputs for `--help`.
 pub(crate) const HELP: &str = "\
 Outputs are written as by cp: symbolic links, hard links and permissions of files that are there stay; named pipes and
 devices are written to; a link that leads nowhere has its target created. `-` is standard output, for one output of a

@@ -109,7 +109,7 @@ fn pixels_are_compared_where_they_lie() {
         message.contains("neither lies inside the other: 5×4 pixels from (3, 1) against 5×4 pixels"),
         "{message}"
     );
-    // Pixels are named by their places in the picture.
+    // Pixels are named by the coordinates that the windows are given in.
     let mut broken = layer(&RGB, (2, 1), (5, 4), 1.0);
     if let FlatSamples::F32(values) = &mut broken.channel_data.list[0].sample_data {
         values[7] = f32::NAN;

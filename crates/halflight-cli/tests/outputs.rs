@@ -33,7 +33,7 @@ fn place(test: &str) -> Place {
     place
 }
 
-/// Whether bytes are of the kind that the option asks for.
+/// Tells whether bytes are of the kind that the option asks for.
 fn is_right(option: &str, bytes: &[u8]) -> bool {
     match option {
         option if option.ends_with("--out") => bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]),

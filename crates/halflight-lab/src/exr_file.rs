@@ -29,7 +29,7 @@ pub const XYZ: [&str; 3] = ["X", "Y", "Z"];
 /// Name of the default layer, whose channels have no layer's name before theirs.
 pub const DEFAULT_LAYER: &str = "";
 
-/// A rectangle of pixels in the coordinates of the picture, in which pixel (0, 0) need not be the first.
+/// A rectangle of pixels in the coordinates that all OpenEXR windows share; pixel (0, 0) need not be the first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Window {
     /// First column.
@@ -43,7 +43,7 @@ pub struct Window {
 }
 
 impl Window {
-    /// Whether all pixels of `other` lie in this window.
+    /// Tells whether all pixels of `other` lie in this window.
     pub fn contains(&self, other: &Self) -> bool {
         let within = |first: i64, size: u32, other_first: i64, other_size: u32| {
             first <= other_first && other_first + i64::from(other_size) <= first + i64::from(size)
@@ -68,9 +68,9 @@ pub struct ExrFile {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Column and row of the first pixel in the coordinates of the picture: where its data window begins.
+    /// Column and row of the first pixel, where the data window begins.
     pub position: [i64; 2],
-    /// The picture's frame; the image may cover only a part of it, or more.
+    /// Frame in which the image is shown. The data window may cover a part of it, or more.
     pub display: Window,
     /// Values by full name, `irradiance.R`.
     pub channels: BTreeMap<String, Vec<f32>>,
@@ -152,13 +152,13 @@ impl ExrFile {
         values.map(Vec::as_slice).ok_or_else(|| self.missing(layer, &[name]))
     }
 
-    /// The pixels that the channels hold, in the coordinates of the picture: the data window.
+    /// Returns the data window: the pixels that the channels hold.
     pub fn window(&self) -> Window {
         let [x, y] = self.position;
         Window { x, y, width: self.width, height: self.height }
     }
 
-    /// The part of a channel's or a layer's `values` that lies in a window which the image contains.
+    /// Returns the part of a channel's or a layer's `values` that lies in a window which the data window contains.
     pub fn crop<T: Copy>(&self, values: &[T], window: &Window) -> Vec<T> {
         let [x, y] =
             [window.x - self.position[0], window.y - self.position[1]].map(|first| first.max(0) as usize);

@@ -52,7 +52,7 @@ mod tests {
 
     use super::*;
 
-    /// What is said of the bundled scene `open-floor` after a change, when its image is black.
+    /// Reason of a black image of the bundled scene `open-floor` after a change.
     fn said(change: impl Fn(&mut Scene)) -> String {
         let mut scene = halflight_scene::load_bundled("open-floor").unwrap().scene;
         change(&mut scene);

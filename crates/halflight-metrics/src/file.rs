@@ -1,13 +1,4 @@
 //! Files written the way `cp` writes them: whatever a path leads to stays what it is.
-//!
-//! | the path is | what happens |
-//! | --- | --- |
-//! | `-`, `/dev/stdout` | the content goes to standard output |
-//! | a named pipe or a device | the content goes into it |
-//! | a symbolic link | its target is written or created, the link stays |
-//! | a plain file | replaced in one step where owner, mode, hard links and attributes allow it, otherwise rewritten in place |
-//! | not there | created in one step |
-//! | a folder | an error |
 
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Seek, SeekFrom, Write};
@@ -32,7 +23,7 @@ pub struct WriteError {
 /// Names that the system gives to standard output, and the one that programs give to it.
 const STANDARD_OUTPUT: [&str; 4] = ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"];
 
-/// Where the system keeps names of open files. A file that is reached by one is not replaced, since whoever holds it open
+/// Folders in which the system keeps names of open files. A file that is reached by one is not replaced, since whoever holds it open
 /// would not see the new one.
 const OPEN_FILES: [&str; 3] = ["/dev/fd", "/dev/stderr", "/proc"];
 
@@ -102,10 +93,16 @@ fn invalid(message: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidInput, message)
 }
 
-/// Writes `content` to what `path` leads to; see the table at the top of the module for the kinds of files.
+/// Writes `content` to what `path` leads to, the way `cp` does. Plain files are written whole or not at all.
 ///
-/// Plain files are written whole or not at all. A symbolic link that leads to nothing has its target created.
-/// A reader of standard output that has gone away has seen enough, which is no error.
+/// | the path is | result |
+/// | --- | --- |
+/// | `-`, `/dev/stdout` | the content goes to standard output; a reader that has gone away is no error |
+/// | a named pipe or a device | the content goes into it |
+/// | a symbolic link | its target is written, or created where it leads to nothing; the link stays |
+/// | a plain file | replaced in one step where owner, mode, hard links and attributes stay, otherwise rewritten in place |
+/// | not there | created in one step |
+/// | a folder, or in a missing folder | an error |
 ///
 /// # Errors
 /// [`WriteError`] where the path leads to a folder or into a missing one, permissions are missing or the disk is full.
@@ -142,17 +139,17 @@ pub fn check_output(path: &Path) -> Result<(), WriteError> {
     checked.map_err(|source| WriteError { path: path.to_owned(), source })
 }
 
-/// Whether a path is a name of standard output.
+/// Tells whether a path is a name of standard output.
 pub fn is_standard_output(path: &Path) -> bool {
     STANDARD_OUTPUT.iter().any(|name| path == Path::new(name))
 }
 
-/// Whether a path leads to standard output, a pipe or a device, which take one content after another.
+/// Tells whether a path leads to standard output, a pipe or a device, which take one content after another.
 pub fn is_stream(path: &Path) -> bool {
     matches!(Target::of(path), Ok(Target::StandardOutput | Target::Stream(_)))
 }
 
-/// Whether two paths lead to the same file, pipe or standard output, by whatever names. Devices keep nothing that could be
+/// Tells whether two paths lead to one file, pipe or standard output, by whatever names. Devices keep nothing that could be
 /// lost and are never the same.
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     match (Target::of(a), Target::of(b)) {

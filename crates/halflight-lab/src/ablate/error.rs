@@ -93,7 +93,7 @@ pub enum AblateError {
     Unlit {
         /// Scene, light, size and frame.
         setting: String,
-        /// Why it is black.
+        /// Reason why the image is black.
         reason: String,
     },
     /// A row cannot be set against its reference.

@@ -252,7 +252,7 @@ pub fn write_csv<T: Serialize>(
 /// Makes a folder for tables, unless it is there.
 ///
 /// # Errors
-/// It cannot be made.
+/// The folder cannot be made.
 pub fn check_folder(folder: &Path) -> Result<(), WriteError> {
     std::fs::create_dir_all(folder).map_err(|source| WriteError { path: folder.to_owned(), source })
 }

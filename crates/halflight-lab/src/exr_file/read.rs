@@ -12,7 +12,7 @@ use exr::prelude::{ReadChannels, ReadLayers};
 use super::{DEFAULT_LAYER, ExrFile, METADATA, RGB, Window, full_name};
 use crate::memory::{self, NotEnough};
 
-/// Why an image file cannot be read.
+/// Reasons why an image file cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -21,7 +21,7 @@ pub enum ReadError {
     Open {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The file is not an OpenEXR image, or is cut off.
@@ -29,7 +29,7 @@ pub enum ReadError {
     Format {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Fault of the format.
         message: String,
     },
     /// The file is an OpenEXR image of a kind that cannot be read: deep data, subsampled channels, rare compressions.
@@ -37,7 +37,7 @@ pub enum ReadError {
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// What is not supported.
+        /// Feature that is not supported.
         message: String,
     },
     /// The pixels do not fit into memory.
@@ -55,9 +55,9 @@ pub enum ReadError {
         path: PathBuf,
         /// The layer asked for, in words.
         layer: String,
-        /// Its channels.
+        /// Channels of such a layer.
         wanted: String,
-        /// All channels of the file by their full names.
+        /// Full names of all channels of the file.
         found: Vec<String>,
     },
 }
@@ -94,6 +94,8 @@ pub fn read(path: &Path) -> Result<ExrFile, ReadError> {
     if bytes != MAGIC {
         return Err(format(foreign(&bytes)));
     }
+    let memory = |source| ReadError::Memory { path: path.to_owned(), source };
+    memory::check("the file", file.metadata().map_err(open)?.len()).map_err(memory)?;
     file.read_to_end(&mut bytes).map_err(open)?;
     let fault = |error: exr::error::Error| match error {
         exr::error::Error::NotSupported(_) => {
@@ -102,8 +104,9 @@ pub fn read(path: &Path) -> Result<ExrFile, ReadError> {
         other => format(other.to_string()),
     };
     let meta = MetaData::read_from_buffered(bytes.as_slice(), false).map_err(fault)?;
-    memory::check("the image", needed(&meta))
-        .map_err(|source| ReadError::Memory { path: path.to_owned(), source })?;
+    let sizes = meta.headers.iter().map(|header| (header.layer_size.x(), header.layer_size.y()));
+    let (width, height) = sizes.max().unwrap_or_default();
+    memory::check(format!("an image of {width}x{height} pixels"), needed(&meta)).map_err(memory)?;
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()

@@ -17,14 +17,14 @@ pub(super) fn new_file(path: &Path, _: Option<&Metadata>) -> io::Result<File> {
     OpenOptions::new().write(true).create_new(true).open(path)
 }
 
-/// Whether a new file can take the place of the file at `path` and keep its owner, hard links and attributes.
+/// Tells whether a new file can take the place of the file at `path` and keep its owner, hard links and attributes.
 #[cfg(unix)]
 pub(super) fn may_replace(new: &Metadata, path: &Path, old: &Metadata) -> bool {
     use std::os::unix::fs::MetadataExt;
     (new.uid(), new.gid(), 1) == (old.uid(), old.gid(), old.nlink()) && !has_attributes(path)
 }
 
-/// Whether access control lists or other attributes are attached to a file: their names do not fit into one byte.
+/// Tells whether access control lists or other attributes are attached to a file: their names do not fit into one byte.
 #[cfg(target_os = "linux")]
 fn has_attributes(path: &Path) -> bool {
     rustix::fs::listxattr(path, &mut [0]) == Err(rustix::io::Errno::RANGE)
@@ -40,7 +40,7 @@ pub(super) fn may_replace(_: &Metadata, _: &Path, _: &Metadata) -> bool {
     true
 }
 
-/// Whether two paths lead to the same file or pipe. Devices keep nothing that could be lost and are never the same.
+/// Tells whether two paths lead to one file or pipe. Devices keep nothing that could be lost and are never the same.
 #[cfg(unix)]
 pub(super) fn is_same_file(a: &Path, b: &Path) -> bool {
     use std::os::unix::fs::{FileTypeExt, MetadataExt};
