@@ -7,6 +7,8 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
 use halflight_cpu::config::{Named, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 
+use crate::outputs::{HELP, Output};
+
 /// Soft shadows from area lights by multi-resolution screen-space fragments.
 #[derive(Debug, Parser)]
 #[command(name = "halflight", version, arg_required_else_help = true, after_help = EXAMPLES)]
@@ -37,25 +39,33 @@ Examples:
   halflight render nave --frames 96 --fps 12 --png out/nave.png       out/nave-0000.png to out/nave-0095.png
   halflight render nave --frames 40..48 --out nave.exr --stats nave.json";
 
-#[derive(Debug, Subcommand)]
-pub(crate) enum Command {
-    /// Render a scene: a picture, an image with all layers, a map of the fragments, statistics.
-    #[command(after_help = RENDER_EXAMPLES)]
-    Render(Box<Render>),
-    /// Compute a converged image that others are compared with; a stopped run goes on where it was.
-    #[command(after_help = "\
+const REFERENCE_EXAMPLES: &str = "\
 Examples:
   halflight reference atrium --samples 4096 --out truth.exr
-  halflight reference atrium --samples 16384 --out truth.exr    adds to the samples of the first")]
-    Reference(Reference),
-    /// Measure an image against a reference.
-    #[command(after_help = "\
-Pixels where the reference sees nothing (depth.Z is infinite) do not take part.
+  halflight reference atrium --samples 16384 --out truth.exr    adds to the samples of the first";
 
+const COMPARE: &str = "\
+OpenEXR files of other programs can be compared as well: channels R, G, B (or Y alone) of 16 or 32 bits; alpha does not
+take part. Pixel (x, y) is compared with pixel (x, y), as the data windows say; where one lies inside the other, the pixels
+of the smaller one are compared. Pixels where the reference sees nothing (depth.Z is infinite) do not take part. What was
+compared is said on standard error.";
+
+const COMPARE_EXAMPLES: &str = "\
 Examples:
   halflight compare image.exr truth.exr
   halflight compare image.exr truth.exr --json | jq .nmse2
-  halflight compare image.exr truth.exr --error-map error.png --scale 0.1")]
+  halflight compare image.exr truth.exr --error-map error.png --scale 0.1";
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render a scene: a picture, an image with all layers, a map of the fragments, statistics.
+    #[command(after_help = format!("{HELP}\n\n{RENDER_EXAMPLES}"))]
+    Render(Box<Render>),
+    /// Compute a converged image that others are compared with; a stopped run goes on where it was.
+    #[command(after_help = format!("{HELP}\n\n{REFERENCE_EXAMPLES}"))]
+    Reference(Reference),
+    /// Measure an image against a reference.
+    #[command(after_help = format!("{COMPARE}\n\n{HELP}\n\n{COMPARE_EXAMPLES}"))]
     Compare(Compare),
     /// Tell what a scene holds: triangles, lights, materials, warnings, and the size of its hierarchy.
     Info(SceneArg),
@@ -80,7 +90,7 @@ pub(crate) struct SceneArg {
     pub(crate) scene: String,
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct Render {
     /// A bundled scene (see `halflight scenes`) or the path of a scene file.
     #[arg(required_unless_present = "print_config")]
@@ -91,8 +101,8 @@ pub(crate) struct Render {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) threads: Option<u16>,
     /// Frames of the scene's animation: N are 0 to N-1, A..B are A to B-1. Each goes to files of its own, with its number
-    /// before the ending: image.png becomes image-0000.png. Frames know nothing of each other and share their light
-    /// samples, so that nothing flickers but what moves.
+    /// before the ending: image.png becomes image-0000.png; standard output, pipes and devices take one after another.
+    /// Frames know nothing of each other and share their light samples, so that nothing flickers but what moves.
     #[arg(long, value_name = "N|A..B", value_parser = frames, help_heading = "Animation")]
     pub(crate) frames: Option<Range<u32>>,
     /// Frames a second; frame 0 is the scene as it stands.
@@ -125,14 +135,21 @@ pub(crate) struct Render {
 }
 
 impl Render {
-    /// The files that are asked for.
-    pub(crate) fn files(&self) -> [Option<&PathBuf>; 5] {
-        [&self.out, &self.png, &self.fragment_map, &self.failure_map, &self.stats].map(Option::as_ref)
+    /// Options that ask for outputs, with the paths that are given.
+    pub(crate) fn outputs(&self) -> Vec<Output> {
+        let options = [
+            ("--out", &self.out),
+            ("--png", &self.png),
+            ("--fragment-map", &self.fragment_map),
+            ("--failure-map", &self.failure_map),
+            ("--stats", &self.stats),
+        ];
+        options.into_iter().filter_map(|(option, path)| Some((option, path.clone()?))).collect()
     }
 }
 
 /// Choices of a pipeline.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct Choices {
     /// Size in pixels [default: 640x480].
     #[arg(long, value_name = "WxH", value_parser = size)]
@@ -212,9 +229,10 @@ pub(crate) struct Compare {
     pub(crate) image: PathBuf,
     /// The reference that it is measured against, OpenEXR.
     pub(crate) reference: PathBuf,
-    /// The layer that is compared.
-    #[arg(long, default_value = "irradiance")]
-    pub(crate) layer: String,
+    /// Layer that is compared, such as radiance [default: irradiance where both files have it, otherwise R, G, B without a
+    /// layer's name].
+    #[arg(long)]
+    pub(crate) layer: Option<String>,
     /// Print JSON.
     #[arg(long)]
     pub(crate) json: bool,
@@ -233,6 +251,9 @@ fn size(text: &str) -> Result<(u32, u32), String> {
     sides.ok_or_else(|| "expected WIDTHxHEIGHT in pixels, such as 1280x960".to_owned())
 }
 
+/// The most frames of one run: at 24 a second they last for eleven hours.
+const MAX_FRAMES: usize = 1_000_000;
+
 /// Frames written `48` or `10..20`.
 fn frames(text: &str) -> Result<Range<u32>, String> {
     let range = match text.split_once("..") {
@@ -240,7 +261,13 @@ fn frames(text: &str) -> Result<Range<u32>, String> {
         None => text.parse().ok().map(|count| (0, count)),
     };
     let range = range.map(|(from, to)| from..to).filter(|range| !range.is_empty());
-    range.ok_or_else(|| "expected a number of frames, such as 48, or a range A..B, such as 10..20".to_owned())
+    let range = range.ok_or_else(|| {
+        "expected a number of frames, such as 48, or a range A..B, such as 10..20".to_owned()
+    })?;
+    match range.len() {
+        0..=MAX_FRAMES => Ok(range),
+        many => Err(format!("{many} frames are more than {MAX_FRAMES}: render them in parts, A..B")),
+    }
 }
 
 fn fps(text: &str) -> Result<f64, String> {

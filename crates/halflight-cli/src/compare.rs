@@ -1,34 +1,136 @@
 //! `halflight compare`.
 
-use halflight_lab::exr_file::{self, ExrFile};
-use halflight_lab::picture;
-use halflight_metrics::{Comparison, Image, compare, write_png};
+use std::error::Error;
+
+use halflight_core::glam::Vec3;
+use halflight_lab::exr_file::{self, ExrFile, Window, layer_in_words};
+use halflight_lab::program::{print, say};
+use halflight_lab::{memory, picture};
+use halflight_metrics::{CompareError, Comparison, Image, compare, is_standard_output, write_png};
 
 use crate::Outcome;
 use crate::args::Compare;
-use crate::terminal::print;
+use crate::outputs;
+
+/// Bytes a pixel that the measures take.
+const MEASURES: u64 = 200;
 
 pub(crate) fn run(args: &Compare) -> Outcome {
-    let (image, reference) = (exr_file::read(&args.image)?, exr_file::read(&args.reference)?);
-    let (pixels, truth) = (image.layer(&args.layer)?, reference.layer(&args.layer)?);
-    let mask = mask(&reference);
-    let image = Image::new(image.width, image.height, &pixels)?;
-    let mut reference = Image::new(reference.width, reference.height, &truth)?;
-    if let Some(mask) = &mask {
+    let map_printed = args.error_map.as_ref().is_some_and(|path| is_standard_output(path));
+    if map_printed && args.json {
+        return Err("--json and --error-map both write to standard output: give the map a file".into());
+    }
+    let output: Vec<_> = args.error_map.iter().map(|path| ("--error-map", path.clone())).collect();
+    outputs::check(&output, &[args.image.clone(), args.reference.clone()])?;
+    let pair = Pair::read(args)?;
+    let Window { width, height, .. } = pair.window;
+    let what = format!("comparing images of {width}x{height} pixels");
+    memory::check(what, MEASURES.saturating_mul(u64::from(width) * u64::from(height)))?;
+    let image = Image::new(width, height, &pair.image)?;
+    let mut reference = Image::new(width, height, &pair.reference)?;
+    if let Some(mask) = &pair.mask {
         reference = reference.with_mask(mask)?;
     }
-    let errors = compare(image, reference)?;
+    let errors = compare(image, reference).map_err(|error| in_picture(error, &pair.window))?;
+    say(&pair.words);
     if let Some(path) = &args.error_map {
         let rgb = picture::error(image, reference, args.scale)?;
-        write_png(path, image.width(), image.height(), &rgb)?;
+        write_png(path, width, height, &rgb)?;
     }
-    print(&if args.json { serde_json::to_string_pretty(&errors)? + "\n" } else { table(&errors) })
+    match (map_printed, args.json) {
+        (true, _) => say(table(&errors).trim_end()),
+        (false, true) => print(&(serde_json::to_string_pretty(&errors)? + "\n"))?,
+        (false, false) => print(&table(&errors))?,
+    }
+    Ok(())
 }
 
-/// The pixels that take part: those that see something, where the file tells.
-fn mask(reference: &ExrFile) -> Option<Vec<bool>> {
-    let depth = reference.plane("depth", "Z").ok()?;
-    Some(depth.iter().map(|depth| depth.is_finite()).collect())
+/// Images that are compared.
+struct Pair {
+    window: Window,
+    image: Vec<Vec3>,
+    reference: Vec<Vec3>,
+    /// The pixels that take part: those where the reference sees something, if it tells.
+    mask: Option<Vec<bool>>,
+    /// Account of it for people.
+    words: String,
+}
+
+impl Pair {
+    /// Reads the pixels that both files have of the layers to compare.
+    fn read(args: &Compare) -> Result<Self, Box<dyn Error>> {
+        let (image, reference) = (exr_file::read(&args.image)?, exr_file::read(&args.reference)?);
+        let [layer, reference_layer] = layers(args.layer.as_deref(), &image, &reference);
+        let (pixels, truth) = (image.layer(layer)?, reference.layer(reference_layer)?);
+        let window = common_window(&image, &reference)?;
+        let mut words = format!("compared: {}", layer_in_words(layer));
+        if layer != reference_layer {
+            words += &format!(" with {}", layer_in_words(reference_layer));
+        }
+        if image.window() != reference.window() {
+            words += &format!("; {window}, which both files have");
+        }
+        let seen = reference.plane("depth", "Z").ok().map(|depth| reference.crop(depth, &window));
+        Ok(Self {
+            window,
+            image: image.crop(&pixels, &window),
+            reference: reference.crop(&truth, &window),
+            mask: seen.map(|depth| depth.iter().map(|depth| depth.is_finite()).collect()),
+            words,
+        })
+    }
+}
+
+/// Adds the place of the window to an error that names a pixel.
+fn in_picture(error: CompareError, window: &Window) -> Box<dyn Error> {
+    match error {
+        CompareError::NotFinite { role, x, y, value } => {
+            let (x, y) = (window.x + i64::from(x), window.y + i64::from(y));
+            format!("pixel ({x}, {y}) of the {role} is not finite: {value}").into()
+        }
+        other => other.into(),
+    }
+}
+
+/// The layers to compare: those `asked` for, or the irradiance if both files have it, or those that all programs show.
+fn layers<'a>(asked: Option<&'a str>, image: &'a ExrFile, reference: &'a ExrFile) -> [&'a str; 2] {
+    const IRRADIANCE: &str = "irradiance";
+    let both = [image, reference];
+    match asked {
+        Some(layer) => [layer; 2],
+        None if both.iter().all(|file| file.layer(IRRADIANCE).is_ok()) => [IRRADIANCE; 2],
+        None => both.map(|file| file.shown_layer.as_str()),
+    }
+}
+
+/// The pixels that both files have: all, or those of the one whose data window lies inside the other's.
+fn common_window(image: &ExrFile, reference: &ExrFile) -> Result<Window, Box<dyn Error>> {
+    let [a, b] = [image, reference].map(ExrFile::window);
+    if a == b {
+        return Ok(a);
+    }
+    let [frame, reference_frame] = [image.display, reference.display];
+    if frame != reference_frame {
+        return Err(match (frame.width, frame.height) == (reference_frame.width, reference_frame.height) {
+            true => format!("the images differ in their display windows: {frame} against {reference_frame}"),
+            false => format!(
+                "the images differ in size: {}×{} against {}×{}",
+                frame.width, frame.height, reference_frame.width, reference_frame.height
+            ),
+        }
+        .into());
+    }
+    if a.contains(&b) {
+        return Ok(b);
+    }
+    if b.contains(&a) {
+        return Ok(a);
+    }
+    Err(format!(
+        "the images differ in their data windows, and neither lies inside the other: {a} against {b}; pixels of the same \
+         place are compared"
+    )
+    .into())
 }
 
 fn table(errors: &Comparison) -> String {

@@ -1,20 +1,24 @@
 //! `halflight render --frames`: a scene's animation, frame by frame, each on its own.
 
 use std::error::Error;
+use std::fs::OpenOptions;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::slice;
 use std::sync::Arc;
 use std::time::Instant;
 
 use halflight_cpu::pipeline::Pipeline;
+use halflight_lab::program::{message, say};
+use halflight_metrics::{is_standard_output, is_stream};
 use halflight_scene::Animation;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::Outcome;
+use crate::outputs;
 use crate::render::{Frame, Job};
 use crate::scene::Ready;
-use crate::terminal::{message, say};
 
 /// A frame of an animation, as it goes into statistics and images.
 #[derive(Clone, Copy, Serialize)]
@@ -26,8 +30,16 @@ pub(crate) struct Moment {
 }
 
 impl Moment {
-    /// The file for this frame: its number goes before the ending.
+    /// A frame before anything is known of it but its number.
+    pub(crate) fn numbered(frame: u32) -> Self {
+        Self { frame, time_s: 0.0, move_ms: 0.0 }
+    }
+
+    /// The file for this frame: its number goes before the ending. Pipes and devices take all frames.
     pub(crate) fn file(&self, path: &Path) -> PathBuf {
+        if is_stream(path) {
+            return path.to_owned();
+        }
         let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
         let mut name = format!("{}-{:04}", part(path.file_stem()), self.frame);
         if path.extension().is_some() {
@@ -49,17 +61,23 @@ pub(crate) fn run(job: &Job, frames: Range<u32>, ready: &Ready, pipeline: &mut P
     let style =
         ProgressStyle::with_template("{bar:40} {pos} of {len} frames, {elapsed} of about {duration}")?;
     let bar = ProgressBar::new(frames.len() as u64).with_style(style);
-    let mut written = Vec::new();
+    // Readers of a pipe see its end only after the last frame.
+    let outputs = job.args.outputs();
+    let streams = outputs.iter().filter(|(_, path)| is_stream(path) && !is_standard_output(path));
+    let open = |(_, path): &outputs::Output| OpenOptions::new().write(true).open(path);
+    let _held = streams.map(open).collect::<Result<Vec<_>, _>>()?;
+    let (mut first, mut last) = (None, Vec::new());
     for frame in frames {
         let rendered = bar.suspend(|| render(job, animation, ready, pipeline, frame));
-        let files = rendered.map_err(|fault| format!("frame {frame}: {}", message(fault.as_ref())))?;
+        last = rendered.map_err(|fault| format!("frame {frame}: {}", message(fault.as_ref())))?;
         bar.inc(1);
-        written.push(files);
+        first.get_or_insert_with(|| last.clone());
     }
     bar.finish_and_clear();
-    if let (Some(first), Some(last)) = (written.first(), written.last()) {
-        for (first, last) in first.iter().zip(last) {
-            say(&format!("wrote {} to {}", first.display(), last.display()));
+    for (first, last) in first.iter().flatten().zip(&last) {
+        match first == last {
+            true => outputs::say_written(slice::from_ref(first)),
+            false => say(&format!("wrote {} to {}", first.display(), last.display())),
         }
     }
     Ok(())
@@ -75,6 +93,7 @@ fn render(
 ) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     let start = Instant::now();
     let time_s = f64::from(frame) / job.args.fps;
+    job.check(Some(Moment::numbered(frame)))?;
     let scene = Arc::new(animation.at(&still.scene, time_s as f32));
     let bvh = match animation.moves_triangles() {
         true => Arc::new(still.bvh.follow(&scene.mesh)?),

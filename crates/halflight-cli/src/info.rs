@@ -1,11 +1,14 @@
-//! `halflight info` and `halflight scenes`.
+//! `halflight info`, `halflight scenes` and `halflight completions`.
 
 use std::fmt::Write;
 
+use clap::CommandFactory;
+
+use halflight_lab::program::print;
+
 use crate::Outcome;
-use crate::args::SceneArg;
+use crate::args::{Cli, SceneArg};
 use crate::scene::{self, Ready};
-use crate::terminal::print;
 
 pub(crate) fn run(args: &SceneArg) -> Outcome {
     let Ready { scene, bvh, animation, report } = scene::load(&args.scene)?;
@@ -48,7 +51,7 @@ pub(crate) fn run(args: &SceneArg) -> Outcome {
     let (bytes, ms) = (bvh.bytes() as f64 / f64::from(1 << 20), bvh.build_time().as_secs_f64() * 1e3);
     writeln!(out, "hierarchy  {bytes:.1} MiB, built in {ms:.1} ms")?;
     writeln!(out, "warnings   {}", report.warnings.len())?;
-    print(&out)
+    Ok(print(&out)?)
 }
 
 pub(crate) fn scenes() -> Outcome {
@@ -56,7 +59,14 @@ pub(crate) fn scenes() -> Outcome {
     for &(name, text) in halflight_scene::bundled() {
         writeln!(out, "{name:<12} {}", description(text))?;
     }
-    print(&out)
+    Ok(print(&out)?)
+}
+
+/// Prints the completions of a shell.
+pub(crate) fn completions(shell: clap_complete::Shell) -> Outcome {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "halflight", &mut script);
+    Ok(print(&String::from_utf8_lossy(&script))?)
 }
 
 /// What a scene file says about itself.

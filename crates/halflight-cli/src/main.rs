@@ -8,34 +8,49 @@ mod frames;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod info;
+mod outputs;
 mod reference;
 mod render;
 mod scene;
-mod terminal;
 
 use std::process::ExitCode;
 
 use clap::Parser;
 
 use args::{Cli, Command};
+use halflight_lab::memory::Allocator;
+use halflight_lab::program;
+
+#[global_allocator]
+static ALLOCATOR: Allocator = Allocator;
 
 /// What a command comes to: messages are for the user, one line each.
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
 fn main() -> ExitCode {
-    let outcome = match Cli::parse().command {
-        Command::Render(args) => render::run(&args),
+    let outcome = run(Cli::parse().command);
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            program::say(&format!("error: {}", program::message(error.as_ref())));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(command: Command) -> Outcome {
+    let threads = match &command {
+        Command::Render(args) => args.threads,
+        Command::Reference(args) => args.threads,
+        _ => None,
+    };
+    program::prepare(threads.map(usize::from))?;
+    match command {
+        Command::Render(args) => render::run(*args),
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Scenes => info::scenes(),
-        Command::Completions { shell } => terminal::completions(shell),
-    };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            terminal::say(&format!("error: {}", terminal::message(error.as_ref())));
-            ExitCode::FAILURE
-        }
+        Command::Completions { shell } => info::completions(shell),
     }
 }

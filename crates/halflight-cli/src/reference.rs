@@ -5,23 +5,30 @@ use std::path::Path;
 use halflight_core::gbuffer::GBuffer;
 use halflight_cpu::gbuffer;
 use halflight_lab::exr_file::ExrFile;
+use halflight_lab::program::say;
 use halflight_lab::reference::{ReferenceConfig, reference};
+use halflight_lab::unlit::unlit;
+use halflight_metrics::is_stream;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use crate::Outcome;
 use crate::args::Reference;
+use crate::outputs;
 use crate::scene::{self, Ready};
-use crate::terminal::say;
 
 pub(crate) fn run(args: &Reference) -> Outcome {
-    scene::check_folder(&args.out)?;
-    scene::use_threads(args.threads)?;
     let name = &args.scene.scene;
-    let Ready { scene, bvh, .. } = scene::load(name)?;
+    let output = [("--out", args.out.clone())];
+    outputs::check(&output, scene::file(name).as_slice())?;
+    let ready = scene::load(name)?;
+    outputs::check(&output, &ready.files(name))?;
+    let Ready { scene, bvh, .. } = ready;
     let (width, height) = args.size;
     let config = ReferenceConfig { width, height, samples: args.samples, seed: args.seed };
-    let cache = args.cache.as_deref().or(args.out.parent()).unwrap_or(Path::new(""));
+    // Nothing is left beside a pipe or a device.
+    let folder = args.out.parent().filter(|_| !is_stream(&args.out));
+    let cache = args.cache.as_deref().or(folder).unwrap_or(Path::new(""));
 
     let style =
         ProgressStyle::with_template("{bar:40} {pos}/{len} samples a pixel, {elapsed} of about {duration}")?;
@@ -57,9 +64,12 @@ pub(crate) fn run(args: &Reference) -> Outcome {
     file.add_light(&result.irradiance, &seen.albedo);
     file.add_geometry(&seen);
     file.write(&args.out)?;
+    if let Some(reason) = unlit(&scene, &seen, &result.irradiance) {
+        say(&format!("warning: {reason}"));
+    }
     say(&format!(
         "wrote {}: {} samples a pixel, noise NMSE2 {:.2e}",
-        args.out.display(),
+        outputs::shown(&args.out),
         result.samples,
         result.noise_nmse2
     ));

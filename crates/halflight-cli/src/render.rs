@@ -1,7 +1,6 @@
 //! `halflight render`.
 
-use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use halflight_core::fragment::Fragments;
@@ -17,8 +16,11 @@ use halflight_cpu::pipeline::{Image, Pipeline};
 use halflight_cpu::voxel::VoxelConfig;
 use halflight_lab::exr_file::{ExrFile, RGB};
 use halflight_lab::failure::failures;
+use halflight_lab::memory;
 use halflight_lab::picture;
-use halflight_metrics::{write_atomically, write_png};
+use halflight_lab::program::{print, say};
+use halflight_lab::unlit::unlit;
+use halflight_metrics::{write_file, write_png};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -29,8 +31,8 @@ use crate::failure::{self, VoxelFailures};
 use crate::frames::{self, Moment};
 #[cfg(feature = "gpu")]
 use crate::gpu;
+use crate::outputs;
 use crate::scene;
-use crate::terminal::{print, say};
 
 /// Everything about a frame but the image.
 #[derive(Serialize)]
@@ -77,9 +79,21 @@ pub(crate) struct Rendered {
     pub(crate) device: String,
 }
 
+/// Bytes a pixel of an image with all layers while it is written: 23 channels, as values and compressed.
+const LAYERS: u64 = 180;
+
+/// Bytes a pixel of a failure map while it is made.
+const FAILURES: u64 = 170;
+
+/// Bytes a pixel of an image and a G-buffer that come from a graphics device.
+const DOWNLOADED: u64 = 80;
+
 /// What is rendered, how and where to.
 pub(crate) struct Job<'a> {
+    /// Options, with the output that there is by default.
     pub(crate) args: &'a Render,
+    /// Files that are read.
+    inputs: Vec<PathBuf>,
     /// The scene as the command line names it.
     pub(crate) name: &'a str,
     pub(crate) config: PipelineConfig,
@@ -88,46 +102,76 @@ pub(crate) struct Job<'a> {
     build_ms: f64,
 }
 
-pub(crate) fn run(args: &Render) -> Outcome {
+pub(crate) fn run(mut args: Render) -> Outcome {
     let config = configure(&args.choices)?;
     if args.print_config {
-        return print(&toml::to_string(&config)?);
+        return Ok(print(&toml::to_string(&config)?)?);
     }
     // The command line asks for a scene wherever it gets here.
-    let name = args.scene.as_deref().unwrap_or_default();
+    let name = &args.scene.clone().unwrap_or_default();
     let voxels = args.failure_map.as_ref().map(|_| failure::voxels(&config)).transpose()?;
-    args.files().into_iter().flatten().try_for_each(|path| scene::check_folder(path))?;
-    scene::use_threads(args.threads)?;
+    if args.outputs().is_empty() {
+        args.png = Some(PathBuf::from(format!("{}.png", scene::stem(name))));
+    }
+    let inputs = scene::file(name).into_iter().chain(args.choices.config.clone()).collect();
+    let first = args.frames.as_ref().map(|frames| Moment::numbered(frames.start));
+    let mut job = Job { args: &args, inputs, name, config, voxels, build_ms: 0.0 };
+    job.check(first)?;
     if args.choices.device != "cpu" && (args.frames.is_some() || args.failure_map.is_some()) {
         return Err("--frames and --failure-map are for the processor: leave out --device".into());
     }
     let ready = scene::load(name)?;
-    let build_ms = ready.bvh.build_time().as_secs_f64() * 1e3;
-    let job = Job { args, name, config, voxels, build_ms };
+    job.build_ms = ready.bvh.build_time().as_secs_f64() * 1e3;
+    job.inputs.extend(ready.files(name));
+    job.check(first)?;
     #[cfg(feature = "gpu")]
     if args.choices.device == "gpu" {
+        job.check_memory()?;
         let rendered = gpu::render(&ready.scene, &config)?;
         let Rendered { image, gbuffer, device } = &rendered;
-        say(&summary(&format!("{name} on {device}"), &config, &image.stats, build_ms));
+        say(&summary(&format!("{name} on {device}"), &config, &image.stats, job.build_ms));
         let frame = Frame { image, gbuffer, fragments: None };
         return job.finish(&frame, &ready);
     }
     let builder = config.builder(Arc::clone(&ready.scene), Arc::clone(&ready.bvh));
     let mut pipeline = builder.layers(args.out.is_some()).build()?;
+    job.check_memory()?;
     if let Some(frames) = &args.frames {
         return frames::run(&job, frames.clone(), &ready, &mut pipeline);
     }
     pipeline.render()?;
-    say(&summary(name, &config, &pipeline.image().stats, build_ms));
+    say(&summary(name, &config, &pipeline.image().stats, job.build_ms));
     job.finish(&Frame::of(&pipeline), &ready)
 }
 
 impl Job<'_> {
     /// Writes a scene's only frame and says where to.
     fn finish(&self, frame: &Frame, ready: &scene::Ready) -> Outcome {
-        let files = self.write(frame, &ready.scene, &ready.bvh, None)?;
-        files.iter().for_each(|path| say(&format!("wrote {}", path.display())));
+        outputs::say_written(&self.write(frame, &ready.scene, &ready.bvh, None)?);
         Ok(())
+    }
+
+    /// Refuses outputs that cannot be written, or would overwrite each other or what is read.
+    pub(crate) fn check(&self, moment: Option<Moment>) -> Outcome {
+        let mut outputs = self.args.outputs();
+        outputs.iter_mut().for_each(|(_, path)| *path = file(path, moment));
+        outputs::check(&outputs, &self.inputs)
+    }
+
+    /// Refuses images that do not fit into memory.
+    fn check_memory(&self) -> Outcome {
+        let args = self.args;
+        let PipelineConfig { width, height, refiner, .. } = self.config;
+        let pixels = u64::from(width) * u64::from(height);
+        let frame = match args.choices.device.as_str() {
+            "cpu" => self.config.bytes_needed(),
+            _ => pixels.saturating_mul(DOWNLOADED),
+        };
+        let outputs = [(args.out.is_some(), LAYERS), (args.failure_map.is_some(), FAILURES)];
+        let bytes: u64 = outputs.iter().filter(|(asked, _)| *asked).map(|(_, bytes)| bytes).sum();
+        let needed = frame.saturating_add(pixels.saturating_mul(bytes));
+        memory::check(format!("an image of {width}x{height} pixels ({})", refiner.name()), needed)
+            .map_err(|fault| format!("{fault}; choose a smaller --size").into())
     }
 
     /// Writes a frame, `moment` of an animation, to all files that are asked for, and returns their names.
@@ -140,16 +184,17 @@ impl Job<'_> {
     ) -> Result<Vec<PathBuf>, Box<dyn std::error::Error>> {
         let (args, config) = (self.args, &self.config);
         let Frame { image, gbuffer, fragments } = *frame;
-        let file = |path: &PathBuf| moment.map_or_else(|| path.clone(), |moment| moment.file(path));
-        let silent = args.files().iter().all(Option::is_none);
-        let default_png = silent.then(|| PathBuf::from(format!("{}.png", scene::stem(self.name))));
+        let file = |path: &PathBuf| file(path, moment);
+        if let Some(reason) = unlit(scene, gbuffer, &image.irradiance) {
+            say(&format!("warning: {reason}"));
+        }
         let mut written = Vec::new();
         if let Some(path) = args.out.as_ref().map(file) {
             layers(frame, self.name, config, moment)?.write(&path)?;
             written.push(path);
         }
         let (width, height) = (config.width, config.height);
-        if let Some(path) = args.png.as_ref().or(default_png.as_ref()).map(file) {
+        if let Some(path) = args.png.as_ref().map(file) {
             let rgb = picture::image(&image.irradiance, &gbuffer.albedo, args.exposure);
             write_png(&path, width, height, &rgb)?;
             written.push(path);
@@ -197,11 +242,16 @@ impl Job<'_> {
                 peak_bytes: *peak_bytes,
             };
             let text = serde_json::to_string_pretty(&stats)?;
-            write_atomically(&path, |file| writeln!(file, "{text}"))?;
+            write_file(&path, (text + "\n").as_bytes())?;
             written.push(path);
         }
         Ok(written)
     }
+}
+
+/// A file of a frame, or of the only one.
+fn file(path: &Path, moment: Option<Moment>) -> PathBuf {
+    moment.map_or_else(|| path.to_owned(), |moment| moment.file(path))
 }
 
 /// The frame with all its layers.

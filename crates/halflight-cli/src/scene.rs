@@ -1,14 +1,13 @@
 //! Scenes by name or path, ready to render.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use halflight_core::scene::Scene;
 use halflight_cpu::bvh::Bvh;
 use halflight_cpu::flush;
+use halflight_lab::program::say;
 use halflight_scene::{Animation, LoadReport};
-
-use crate::terminal::say;
 
 /// A scene with its hierarchy.
 pub(crate) struct Ready {
@@ -35,23 +34,22 @@ pub(crate) fn load(name_or_path: &str) -> Result<Ready, Box<dyn std::error::Erro
 /// A scene's name for files: a bundled name, or the scene file's without its ending.
 pub(crate) fn stem(name_or_path: &str) -> String {
     let path = Path::new(name_or_path);
-    path.file_stem().map_or_else(|| "image".to_owned(), |stem| stem.to_string_lossy().into_owned())
+    let stem = path.file_stem().filter(|_| name_or_path != "-");
+    stem.map_or_else(|| "image".to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// Gives everything that runs in parallel this many threads.
-pub(crate) fn use_threads(threads: Option<u16>) -> Result<(), rayon::ThreadPoolBuildError> {
-    match threads {
-        Some(threads) => rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global(),
-        None => Ok(()),
-    }
+/// The scene's file; empty for a bundled scene.
+pub(crate) fn file(name_or_path: &str) -> Option<PathBuf> {
+    let bundled = halflight_scene::bundled().iter().any(|(name, _)| *name == name_or_path);
+    (!bundled).then(|| PathBuf::from(name_or_path))
 }
 
-/// Refuses an output file whose folder is missing, before any work is done for it.
-pub(crate) fn check_folder(file: &Path) -> Result<(), String> {
-    match file.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
-            Err(format!("cannot write {}: there is no folder {}", file.display(), folder.display()))
-        }
-        _ => Ok(()),
+impl Ready {
+    /// Files that the scene of this name was made of, as far as they are known: its own and its meshes.
+    pub(crate) fn files(&self, name_or_path: &str) -> Vec<PathBuf> {
+        let Some(scene) = file(name_or_path) else { return Vec::new() };
+        let folder = scene.parent().unwrap_or(Path::new("")).to_owned();
+        let meshes = self.report.meshes.iter().map(|mesh| folder.join(&mesh.source));
+        meshes.filter(|mesh| mesh.is_file()).chain([scene.clone()]).collect()
     }
 }

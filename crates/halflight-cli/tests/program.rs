@@ -3,64 +3,15 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail their test")]
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
+use common::{Place, json};
 use serde_json::Value;
 
-/// A folder of one test, empty, in which the program runs.
-struct Place(PathBuf);
-
-impl Place {
-    fn new(test: &str) -> Self {
-        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("program-{test}"));
-        let _ = fs::remove_dir_all(&folder);
-        fs::create_dir_all(&folder).unwrap();
-        Self(folder)
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-
-    fn files(&self) -> Vec<String> {
-        let files = fs::read_dir(&self.0).unwrap();
-        let mut names: Vec<String> =
-            files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort();
-        names
-    }
-
-    /// Runs the program with arguments separated by spaces.
-    fn run(&self, arguments: &str) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_halflight"));
-        command.args(arguments.split_whitespace()).current_dir(&self.0).output().unwrap()
-    }
-
-    /// Standard output of a run that must succeed.
-    fn good(&self, arguments: &str) -> String {
-        let output = self.run(arguments);
-        assert!(output.status.success(), "{arguments}: {}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    /// Standard error of a run that must fail, without a panic.
-    fn bad(&self, arguments: &str) -> String {
-        let output = self.run(arguments);
-        let message = String::from_utf8(output.stderr).unwrap();
-        // 1 is our own error, 2 one of the command line; a panic is 101.
-        assert!(matches!(output.status.code(), Some(1 | 2)), "{arguments}: {:?} {message}", output.status);
-        assert!(message.starts_with("error: ") && !message.contains("panicked"), "{arguments}: {message}");
-        message
-    }
-}
+mod common;
 
 /// What a stage that graphics devices have not got comes to; without a driver it does not get that far.
 const DEVICE: &str = "on the GPU|no graphics adapter";
-
-fn json(path: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
-}
 
 fn keys(value: &Value) -> Vec<&str> {
     value.as_object().unwrap().keys().map(String::as_str).collect()
@@ -139,7 +90,7 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
     );
 
     let image = halflight_lab::exr_file::read(&place.path("a.exr")).unwrap();
-    assert_eq!((image.width, image.height, image.channels.len()), (48, 36, 20));
+    assert_eq!((image.width, image.height, image.channels.len()), (48, 36, 23));
     assert_eq!(image.metadata["config"], stats["config"]);
     assert_eq!(image.metadata["scene"], "contact");
     // Some light arrives, all of it finite, and the level of every pixel that sees something is known.
@@ -460,7 +411,7 @@ fn a_reader_that_goes_away_is_no_error() {
     let place = Place::new("pipe");
     let mut child = Command::new(env!("CARGO_BIN_EXE_halflight"))
         .args(["completions", "zsh"])
-        .current_dir(&place.0)
+        .current_dir(place.path(""))
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()

@@ -29,6 +29,14 @@ use crate::{gbuffer, horizon, pyramid, upsample};
 /// The widest and highest image: cells hold their place in 16 bits.
 pub const MAX_SIZE: u32 = 32_768;
 
+/// Worker threads that a machine of fewer cores may have; starting many more takes longer than rendering.
+const THREADS: usize = 64;
+
+/// The number of threads to start where `asked` are: no more than the machine has cores, or 64 where it has fewer.
+pub fn useful_threads(asked: usize) -> usize {
+    asked.min(std::thread::available_parallelism().map_or(THREADS, |cores| cores.get().max(THREADS)))
+}
+
 /// Why a pipeline cannot be built or a frame not be rendered.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -156,7 +164,8 @@ impl PipelineBuilder {
         self
     }
 
-    /// Worker threads of the pipeline's own; by default rayon's global ones. The image does not depend on it.
+    /// Worker threads of the pipeline's own, as far as they are [useful](useful_threads); by default rayon's global ones.
+    /// The image does not depend on it.
     pub fn threads(mut self, threads: usize) -> Self {
         self.threads = Some(threads);
         self
@@ -184,7 +193,9 @@ impl PipelineBuilder {
         let pattern = self.sampling.pattern()?;
         check_patterns(self.refiner.as_ref(), self.visibility.as_ref(), pattern)?;
         let pool = match self.threads {
-            Some(threads) => Some(rayon::ThreadPoolBuilder::new().num_threads(threads).build()?),
+            Some(threads) => {
+                Some(rayon::ThreadPoolBuilder::new().num_threads(useful_threads(threads)).build()?)
+            }
             None => None,
         };
         let flush;

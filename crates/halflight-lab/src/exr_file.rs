@@ -1,21 +1,21 @@
 //! Images with all their layers in one OpenEXR file.
 //!
-//! Channels are named the way OpenEXR defines layers: `irradiance.R`, `depth.Z`. All are 32-bit floats, losslessly
-//! compressed; the standard viewers show each layer under its name. What the image was made with is in the header, as
-//! a JSON object in the attribute [`METADATA`].
+//! Channels are named the way OpenEXR defines layers: `irradiance.R`, `depth.Z`. `R`, `G`, `B` without a layer's name are
+//! the default layer, which every program shows: in files of Halflight the radiance. All channels are written as 32-bit
+//! floats, losslessly compressed. What the image was made with is in the header, as a JSON object in the attribute
+//! [`METADATA`].
 
 use std::collections::BTreeMap;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::fmt;
+use std::path::PathBuf;
 
-use exr::meta::attribute::{AttributeValue, Text};
-use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, ReadChannels, ReadLayers,
-    SmallVec, WritableImage,
-};
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
-use halflight_metrics::{WriteError, write_atomically};
+
+pub use read::{ReadError, read};
+
+mod read;
+mod write;
 
 /// Name of the header attribute that holds the metadata.
 pub const METADATA: &str = "halflight";
@@ -26,38 +26,37 @@ pub const RGB: [&str; 3] = ["R", "G", "B"];
 /// Channels of a layer of vectors.
 pub const XYZ: [&str; 3] = ["X", "Y", "Z"];
 
-/// Why an image file cannot be read.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ReadError {
-    /// The file cannot be opened.
-    #[error("cannot read {}: {source}", path.display())]
-    Open {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system says.
-        source: io::Error,
-    },
-    /// The file is not an OpenEXR image, is cut off, or is of a kind that is not supported (deep data).
-    #[error("{} is not a complete OpenEXR image: {message}", path.display())]
-    Format {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        message: String,
-    },
-    /// The layer is not in the file.
-    #[error("{} has no layer `{layer}` with channels {wanted}; it has {}", path.display(), found.join(", "))]
-    Layer {
-        /// The file.
-        path: PathBuf,
-        /// The layer asked for.
-        layer: String,
-        /// Its channels.
-        wanted: String,
-        /// All channels of the file by their full names.
-        found: Vec<String>,
-    },
+/// Name of the default layer, whose channels have no layer's name before theirs.
+pub const DEFAULT_LAYER: &str = "";
+
+/// A rectangle of pixels in the coordinates that all OpenEXR windows share; pixel (0, 0) need not be the first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Window {
+    /// First column.
+    pub x: i64,
+    /// First row.
+    pub y: i64,
+    /// Number of columns.
+    pub width: u32,
+    /// Number of rows.
+    pub height: u32,
+}
+
+impl Window {
+    /// Tells whether all pixels of `other` lie in this window.
+    pub fn contains(&self, other: &Self) -> bool {
+        let within = |first: i64, size: u32, other_first: i64, other_size: u32| {
+            first <= other_first && other_first + i64::from(other_size) <= first + i64::from(size)
+        };
+        within(self.x, self.width, other.x, other.width) && within(self.y, self.height, other.y, other.height)
+    }
+}
+
+impl fmt::Display for Window {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { x, y, width, height } = self;
+        write!(f, "{width}×{height} pixels from ({x}, {y})")
+    }
 }
 
 /// An image of named channels, all of one size, rows from the top left.
@@ -69,8 +68,17 @@ pub struct ExrFile {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
+    /// Column and row of the first pixel, where the data window begins.
+    pub position: [i64; 2],
+    /// Frame in which the image is shown. The data window may cover a part of it, or more.
+    pub display: Window,
     /// Values by full name, `irradiance.R`.
     pub channels: BTreeMap<String, Vec<f32>>,
+    /// Name of the layer that programs show which know no layers: [`DEFAULT_LAYER`], or that of the first part with
+    /// colours where channels of that name are missing.
+    pub shown_layer: String,
+    /// Parts of the file that were not read, since their data windows differ from the others'.
+    pub left_out: Vec<String>,
     /// What the image was made with; null where the file does not say.
     pub metadata: serde_json::Value,
 }
@@ -78,26 +86,28 @@ pub struct ExrFile {
 impl ExrFile {
     /// An image without channels.
     pub fn new(width: u32, height: u32, metadata: serde_json::Value) -> Self {
-        Self { width, height, metadata, ..Self::default() }
+        let display = Window { width, height, ..Window::default() };
+        Self { width, height, display, metadata, ..Self::default() }
     }
 
     /// Adds a layer of three channels ([`RGB`] or [`XYZ`]).
     pub fn add_vectors(&mut self, layer: &str, names: [&str; 3], values: &[Vec3]) {
         for (axis, name) in names.into_iter().enumerate() {
-            self.channels.insert(format!("{layer}.{name}"), values.iter().map(|value| value[axis]).collect());
+            self.channels.insert(full_name(layer, name), values.iter().map(|value| value[axis]).collect());
         }
     }
 
     /// Adds a layer of one channel.
     pub fn add_plane(&mut self, layer: &str, name: &str, values: Vec<f32>) {
-        self.channels.insert(format!("{layer}.{name}"), values);
+        self.channels.insert(full_name(layer, name), values);
     }
 
-    /// Adds `irradiance` and `radiance` (albedo/π times irradiance, W/m²/sr).
+    /// Adds `irradiance` and `radiance` (albedo/π times irradiance, W/m²/sr), which is the default layer as well.
     pub fn add_light(&mut self, irradiance: &[Vec3], albedo: &[Vec3]) {
         self.add_vectors("irradiance", RGB, irradiance);
         let radiance: Vec<Vec3> = crate::picture::radiance(irradiance, albedo);
         self.add_vectors("radiance", RGB, &radiance);
+        self.add_vectors(DEFAULT_LAYER, RGB, &radiance);
     }
 
     /// Adds what each pixel sees: `albedo`, `normal`, `position`, and `depth.Z`, which is infinite where nothing is
@@ -114,7 +124,7 @@ impl ExrFile {
     /// # Errors
     /// [`ReadError::Layer`] where one of them is missing.
     pub fn vectors(&self, layer: &str, names: [&str; 3]) -> Result<Vec<Vec3>, ReadError> {
-        let [x, y, z] = names.map(|name| self.channels.get(&format!("{layer}.{name}")));
+        let [x, y, z] = names.map(|name| self.channels.get(&full_name(layer, name)));
         let (Some(x), Some(y), Some(z)) = (x, y, z) else { return Err(self.missing(layer, &names)) };
         Ok(x.iter().zip(y).zip(z).map(|((&x, &y), &z)| Vec3::new(x, y, z)).collect())
     }
@@ -138,107 +148,42 @@ impl ExrFile {
     /// # Errors
     /// [`ReadError::Layer`] where it is missing.
     pub fn plane(&self, layer: &str, name: &str) -> Result<&[f32], ReadError> {
-        let values = self.channels.get(&format!("{layer}.{name}"));
+        let values = self.channels.get(&full_name(layer, name));
         values.map(Vec::as_slice).ok_or_else(|| self.missing(layer, &[name]))
     }
 
+    /// Returns the data window: the pixels that the channels hold.
+    pub fn window(&self) -> Window {
+        let [x, y] = self.position;
+        Window { x, y, width: self.width, height: self.height }
+    }
+
+    /// Returns the part of a channel's or a layer's `values` that lies in a window which the data window contains.
+    pub fn crop<T: Copy>(&self, values: &[T], window: &Window) -> Vec<T> {
+        let [x, y] =
+            [window.x - self.position[0], window.y - self.position[1]].map(|first| first.max(0) as usize);
+        let rows = values.chunks(self.width.max(1) as usize).skip(y).take(window.height as usize);
+        rows.flat_map(|row| row.iter().skip(x).take(window.width as usize)).copied().collect()
+    }
+
     fn missing(&self, layer: &str, names: &[&str]) -> ReadError {
+        let left_out =
+            self.left_out.iter().map(|part| format!("part `{part}` of another data window, not read"));
         ReadError::Layer {
             path: self.path.clone(),
-            layer: layer.to_owned(),
+            layer: layer_in_words(layer),
             wanted: names.join(", "),
-            found: self.channels.keys().cloned().collect(),
+            found: self.channels.keys().cloned().chain(left_out).collect(),
         }
-    }
-
-    /// Writes the image, whole or not at all.
-    ///
-    /// # Errors
-    /// [`WriteError`] where a channel has the wrong size or the file cannot be written.
-    pub fn write(&self, path: &Path) -> Result<(), WriteError> {
-        write_atomically(path, |file| {
-            let pixels = self.width as usize * self.height as usize;
-            let mut list = SmallVec::new();
-            for (name, values) in &self.channels {
-                if values.len() != pixels {
-                    let message = format!("channel {name} has {} values for {pixels} pixels", values.len());
-                    return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
-                }
-                list.push(AnyChannel::new(text(name)?, FlatSamples::F32(values.clone())));
-            }
-            let software_name = Some(text(crate::PROGRAM)?);
-            let mut attributes = LayerAttributes { software_name, ..LayerAttributes::default() };
-            // One attribute: several would be written in random order, and equal images would not be equal files.
-            let metadata = AttributeValue::Text(text(&ascii_json(&self.metadata))?);
-            attributes.other.insert(text(METADATA)?, metadata);
-            let size = (self.width as usize, self.height as usize);
-            let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, AnyChannels::sort(list));
-            Image::from_layer(layer).write().to_buffered(file).map_err(io::Error::other)
-        })
     }
 }
 
-/// Reads all channels of an image at full size, of whatever number format.
-///
-/// # Errors
-/// The file cannot be opened, is no OpenEXR image, or is cut off.
-pub fn read(path: &Path) -> Result<ExrFile, ReadError> {
-    let open = |source| ReadError::Open { path: path.to_owned(), source };
-    let format = |message: String| ReadError::Format { path: path.to_owned(), message };
-    // Read as a whole first: the file system's own errors are told apart from faults of the format.
-    let bytes = std::fs::read(path).map_err(open)?;
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .all_layers()
-        .all_attributes()
-        .from_buffered(io::Cursor::new(bytes))
-        .map_err(|error| format(error.to_string()))?;
-    let Some(first) = image.layer_data.first() else { return Err(format("it has no layers".to_owned())) };
-    let (width, height) = (first.size.x(), first.size.y());
-    let mut file = ExrFile { path: path.to_owned(), ..ExrFile::default() };
-    file.width = u32::try_from(width).map_err(|error| format(error.to_string()))?;
-    file.height = u32::try_from(height).map_err(|error| format(error.to_string()))?;
-    let mut attributes = image.attributes.other.iter().chain(&first.attributes.other);
-    if let Some((_, AttributeValue::Text(json))) = attributes.find(|(name, _)| **name == *METADATA) {
-        file.metadata = serde_json::from_str(&json.to_string()).unwrap_or_default();
-    }
-    for layer in image.layer_data {
-        if (layer.size.x(), layer.size.y()) != (width, height) {
-            return Err(format("its layers differ in size".to_owned()));
-        }
-        let prefix = layer.attributes.layer_name.as_ref().map(|name| format!("{name}."));
-        for channel in layer.channel_data.list {
-            let name = format!("{}{}", prefix.as_deref().unwrap_or_default(), channel.name);
-            let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
-            // Subsampled channels have fewer.
-            if values.len() == width * height {
-                file.channels.insert(name, values);
-            }
-        }
-    }
-    Ok(file)
+/// A layer's name in messages.
+pub fn layer_in_words(layer: &str) -> String {
+    if layer == DEFAULT_LAYER { "default layer".to_owned() } else { format!("layer `{layer}`") }
 }
 
-/// Text for a header, which is Latin-1.
-fn text(value: &str) -> io::Result<Text> {
-    Text::new_or_none(value)
-        .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, format!("{value:?} is not Latin-1 text")))
-}
-
-/// JSON in ASCII alone: whatever is beyond it can only lie in strings, where an escape means the same.
-fn ascii_json(value: &serde_json::Value) -> String {
-    let mut out = String::new();
-    for character in value.to_string().chars() {
-        if character.is_ascii() {
-            out.push(character);
-        } else {
-            let mut units = [0; 2];
-            for unit in character.encode_utf16(&mut units) {
-                out.push_str(&format!("\\u{unit:04x}"));
-            }
-        }
-    }
-    out
+/// A channel's name in a file.
+fn full_name(layer: &str, name: &str) -> String {
+    if layer == DEFAULT_LAYER { name.to_owned() } else { format!("{layer}.{name}") }
 }

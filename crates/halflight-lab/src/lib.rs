@@ -5,9 +5,12 @@ mod culled;
 pub mod exactness;
 pub mod exr_file;
 pub mod failure;
+pub mod memory;
 pub mod picture;
+pub mod program;
 pub mod reference;
 pub mod stability;
+pub mod unlit;
 
 /// Name and version, as stored in files.
 pub const PROGRAM: &str = concat!("halflight ", env!("CARGO_PKG_VERSION"));

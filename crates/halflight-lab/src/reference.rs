@@ -31,6 +31,7 @@ use halflight_metrics::{CompareError, Image, ImageError, WriteError, flicker, ha
 use rayon::prelude::*;
 
 use crate::culled::Culled;
+use crate::memory::{self, NotEnough};
 use state::State;
 
 mod state;
@@ -60,6 +61,18 @@ pub struct ReferenceConfig {
     pub seed: u32,
 }
 
+impl ReferenceConfig {
+    /// Bytes that a reference of a scene with this many lights takes, about.
+    fn bytes_needed(&self, lights: usize) -> u64 {
+        /// Bytes a pixel and light: sums of both halves, and their copy on the way to the disk.
+        const SUMS: u64 = 2 * 2 * 16;
+        let sampling = LightSampling { count: PASS, ..LightSampling::default() };
+        let config = PipelineConfig { sampling, ..every_pixel(self.width, self.height) };
+        let pixels = u64::from(self.width) * u64::from(self.height);
+        config.bytes_needed().saturating_add(pixels.saturating_mul(SUMS).saturating_mul(lights as u64))
+    }
+}
+
 impl Default for ReferenceConfig {
     fn default() -> Self {
         Self { width: 640, height: 480, samples: 4096, seed: SEED }
@@ -77,7 +90,7 @@ pub struct Reference {
     pub irradiance: Vec<Vec3>,
     /// Light samples a pixel and light; more than asked for where the cache had more.
     pub samples: u32,
-    /// Estimated NMSE₂ against the true image, from the two halves.
+    /// Estimated NMSE₂ against the true image, from the two halves; 0 where no light arrives at all.
     pub noise_nmse2: f64,
     /// Estimated mean [`flicker`](flicker()) that its noise makes from frame to frame, where frames have samples of
     /// their own; from the two halves.
@@ -94,12 +107,15 @@ pub enum ReferenceError {
     /// No samples, or more than can be counted.
     #[error("{0} samples asked for; a reference has 1 to {max}", max = MAX_SAMPLES)]
     Samples(u32),
-    /// The noise cannot be told, since no light reaches anything that is seen.
+    /// The noise cannot be told, since a pixel is not finite.
     #[error("the noise of the reference cannot be told: {0}")]
     Noise(#[from] CompareError),
     /// The halves are no images, which a size that the pipeline accepts rules out.
     #[error(transparent)]
     Image(#[from] ImageError),
+    /// The image does not fit into memory.
+    #[error("{0}; choose a smaller --size")]
+    Memory(#[from] NotEnough),
     /// The state cannot be read or is damaged.
     #[error("cannot go on from the saved state {}: {message}; remove the file to start again", path.display())]
     State {
@@ -115,10 +131,11 @@ pub enum ReferenceError {
 
 /// Computes a reference, or takes it from `cache_dir` (created if it is missing), where its state is kept under a name
 /// made of the content of scene, size and seed. One with at least as many samples is returned as it is; one with fewer
-/// is continued. `progress` is told how many samples a pixel are done, and of how many.
+/// is continued. `progress` is told how many samples a pixel are done, and of how many. An image that no light reaches is
+/// black and has no noise.
 ///
 /// # Errors
-/// The scene or size cannot be rendered, no light reaches anything that is seen, or the state cannot be read or saved.
+/// The scene or size cannot be rendered, memory does not suffice, or the state cannot be read or saved.
 pub fn reference(
     scene: &Arc<Scene>,
     bvh: &Arc<Bvh>,
@@ -131,9 +148,9 @@ pub fn reference(
         return Err(ReferenceError::Samples(samples));
     }
     // Whatever a pipeline would refuse, a reference refuses as well.
-    PipelineConfig { width, height, refiner: RefinerConfig::Full, ..PipelineConfig::default() }
-        .builder(Arc::clone(scene), Arc::clone(bvh))
-        .build()?;
+    every_pixel(width, height).builder(Arc::clone(scene), Arc::clone(bvh)).build()?;
+    let what = format!("a reference of {width}x{height} pixels under {} lights", scene.lights.len());
+    memory::check(what, config.bytes_needed(scene.lights.len()))?;
     let mut seen = GBuffer::default();
     gbuffer::trace(bvh, scene, width, height, &mut seen);
     let (scene, _) = &flush::separate(scene, bvh);
@@ -147,6 +164,9 @@ pub fn reference(
 
     let wanted = samples.div_ceil(2 * PASS) * 2;
     progress(state.passes.min(wanted) * PASS, wanted * PASS);
+    if let Some(path) = path.as_ref().filter(|_| state.passes < wanted) {
+        State::check_path(path)?;
+    }
     let mut tracer = Tracer::new(scene, bvh, &seen, seed);
     while state.passes < wanted {
         tracer.pass(&mut state)?;
@@ -158,6 +178,10 @@ pub fn reference(
         progress(state.passes * PASS, wanted * PASS);
     }
     finish(scene, &seen, &state)
+}
+
+fn every_pixel(width: u32, height: u32) -> PipelineConfig {
+    PipelineConfig { width, height, refiner: RefinerConfig::Full, ..PipelineConfig::default() }
 }
 
 /// What is kept between passes.
@@ -238,21 +262,33 @@ fn finish(scene: &Scene, seen: &GBuffer, state: &State) -> Result<Reference, Ref
         };
         (0..seen.pixels()).into_par_iter().map(pixel).collect()
     };
-    let mask: Vec<bool> = (0..seen.pixels()).map(|pixel| seen.is_receiver(pixel)).collect();
-    let (even, odd) = (image(&[0]), image(&[1]));
-    let view = |pixels| Image::new(seen.width, seen.height, pixels)?.with_mask(&mask);
     let whole = image(&[0, 1]);
-    let (even, odd, mean) = (view(&even)?, view(&odd)?, view(&whole)?);
-    // The halves differ by twice the error of their mean, frames by √2 of it.
-    let noise_flicker = flicker([even, mean], [odd, mean])?.mean / 2f64.sqrt();
-    let noise_nmse2 = halves_noise(even, odd)?;
-    let samples = state.passes * PASS;
-    Ok(Reference {
+    let mut reference = Reference {
         width: seen.width,
         height: seen.height,
+        samples: state.passes * PASS,
+        noise_nmse2: 0.0,
+        noise_flicker: 0.0,
         irradiance: whole,
-        samples,
-        noise_nmse2,
-        noise_flicker,
-    })
+    };
+    if is_black(&reference.irradiance) {
+        return Ok(reference);
+    }
+    let mut halves = [image(&[0]), image(&[1])];
+    // Of what only one half has met, noise is measured against that half.
+    if is_black(&halves[1]) {
+        halves.swap(0, 1);
+    }
+    let mask: Vec<bool> = (0..seen.pixels()).map(|pixel| seen.is_receiver(pixel)).collect();
+    let view = |pixels| Image::new(seen.width, seen.height, pixels)?.with_mask(&mask);
+    let (half, other, mean) = (view(&halves[0])?, view(&halves[1])?, view(&reference.irradiance)?);
+    // The halves differ by twice the error of their mean, frames by √2 of it.
+    let noise_flicker = flicker([half, mean], [other, mean])?.mean / 2f64.sqrt();
+    let noise_nmse2 = halves_noise(half, other)?;
+    (reference.noise_flicker, reference.noise_nmse2) = (noise_flicker, noise_nmse2);
+    Ok(reference)
+}
+
+fn is_black(pixels: &[Vec3]) -> bool {
+    pixels.iter().all(|&pixel| pixel == Vec3::ZERO)
 }

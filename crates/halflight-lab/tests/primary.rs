@@ -99,7 +99,7 @@ fn wrong_pixels_are_found() {
         |seen: &mut GBuffer, hit: usize| seen.primitive[hit] ^= 1,
         |seen: &mut GBuffer, hit: usize| seen.depth[hit] *= 1.00001,
         |seen: &mut GBuffer, hit: usize| {
-            (seen.primitive[hit], seen.depth[hit]) = (NO_PRIMITIVE, f32::INFINITY)
+            (seen.primitive[hit], seen.depth[hit]) = (NO_PRIMITIVE, f32::INFINITY);
         },
     ] {
         let mut seen = right.clone();

@@ -187,8 +187,53 @@ fn what_cannot_be_rendered_is_refused() {
     let fault = |config| reference(&scene, &bvh, &config, None, &mut |_, _| {}).unwrap_err();
     assert!(matches!(fault(config(0)), ReferenceError::Samples(0)));
     assert!(matches!(fault(ReferenceConfig { width: 0, ..config(1) }), ReferenceError::Pipeline(_)));
-    let mut away = Scene::clone(&scene);
-    away.camera.target = away.camera.eye + Vec3::new(0.0, 1.0, 0.1);
-    let error = reference(&Arc::new(away), &bvh, &config(1), None, &mut |_, _| {}).unwrap_err();
-    assert!(matches!(error, ReferenceError::Noise(_)), "{error}");
+    let large = ReferenceConfig { width: 32_768, height: 32_768, ..config(1) };
+    assert!(
+        halflight_lab::memory::available().is_none() || matches!(fault(large), ReferenceError::Memory(_))
+    );
+}
+
+#[test]
+fn an_image_that_no_light_reaches_is_black_and_has_no_noise() {
+    let (scene, bvh) = scene("contact");
+    let black = |change: &dyn Fn(&mut Scene)| {
+        let mut changed = Scene::clone(&scene);
+        change(&mut changed);
+        let found = reference(&Arc::new(changed), &bvh, &config(1), None, &mut |_, _| {}).unwrap();
+        assert!(found.irradiance.iter().all(|&value| value == Vec3::ZERO));
+        assert_eq!((found.noise_nmse2, found.noise_flicker), (0.0, 0.0));
+    };
+    black(&|scene| scene.lights[0].edge_u *= -1.0);
+    black(&|scene| scene.camera.target = scene.camera.eye + Vec3::new(0.0, 1.0, 0.1));
+}
+
+#[test]
+fn light_that_only_one_half_has_met_is_all_noise() {
+    // A lid under the light with a gap so narrow that few light samples are seen through it.
+    let (scene, _) = scene("contact");
+    let mut lid = Scene::clone(&scene);
+    let (low, high) = lid.mesh.bounds().unwrap();
+    let y = lid.lights[0].corner.y - 0.01;
+    let gap = lid.lights[0].corner.x + 0.5;
+    for (from, to) in [(low.x * 9.0, gap), (gap + 1e-3, high.x * 9.0)] {
+        let start = lid.mesh.positions.len() as u32;
+        let corners = [(from, low.z * 9.0), (from, high.z * 9.0), (to, high.z * 9.0), (to, low.z * 9.0)];
+        lid.mesh.positions.extend(corners.map(|(x, z)| Vec3::new(x, y, z)));
+        lid.mesh.normals.extend([Vec3::Y; 4]);
+        lid.mesh.uvs.extend([glam::Vec2::ZERO; 4]);
+        lid.mesh.triangles.extend([[start, start + 1, start + 2], [start, start + 2, start + 3]]);
+        lid.mesh.material_ids.extend([0; 2]);
+    }
+    let bvh = Arc::new(Bvh::build(&lid.mesh).unwrap());
+    let lid = Arc::new(lid);
+    let mut one_sided = 0;
+    for seed in 0..40 {
+        let config = ReferenceConfig { width: 2, height: 2, seed, ..config(1) };
+        let found = reference(&lid, &bvh, &config, None, &mut |_, _| {}).unwrap();
+        let lit = found.irradiance.iter().any(|&value| value != Vec3::ZERO);
+        assert!(found.noise_nmse2.is_finite() && lit == (found.noise_nmse2 > 0.0), "{seed}: {found:?}");
+        // The mean of light and no light is off by itself: an NMSE₂ of 1, but for the weights of the samples.
+        one_sided += u32::from((0.8..1.25).contains(&found.noise_nmse2));
+    }
+    assert!(one_sided > 0, "no seed had light in one half alone");
 }

@@ -6,7 +6,7 @@
 //! * [`flicker`] tells what changes between two frames and should not.
 //! * [`error_map`] and [`squared_error_picture`] show where the error lies, at a scale fixed by the caller.
 //! * [`check_close`] is the project's only approximate comparison for tests.
-//! * [`tone_map`], [`write_png`] and [`write_atomically`] put pictures on disk.
+//! * [`tone_map`], [`write_png`] and [`write_file`] put pictures into files, pipes and standard output.
 //!
 //! Images are borrowed: linear RGB in rows from the top left, with an optional mask naming the pixels that take
 //! part (for rendered images the receivers: no sky, no emitters). The crate knows nothing of scenes or renderers.
@@ -29,6 +29,7 @@
 mod close;
 mod color;
 mod compare;
+mod file;
 mod filter;
 mod flicker;
 mod flip;
@@ -40,8 +41,9 @@ mod view;
 
 pub use close::{Mismatch, Tolerance, check_close};
 pub use compare::{Comparison, compare, halves_noise, nmse2};
+pub use file::{WriteError, check_output, is_same_file, is_standard_output, is_stream, write_file};
 pub use flicker::{Flicker, flicker};
 pub use map::{ErrorMap, error_map, squared_error_picture};
-pub use output::{WriteError, tone_map, write_atomically, write_png};
+pub use output::{tone_map, write_png};
 pub use pair::{CompareError, Role};
 pub use view::{Image, ImageError, ShapeMismatch};

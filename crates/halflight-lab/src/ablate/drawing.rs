@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use halflight_metrics::{write_atomically, write_png};
+use halflight_metrics::{write_file, write_png};
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 
@@ -65,7 +65,7 @@ pub(crate) trait Drawing {
             PathBuf::from(name)
         };
         let svg = self.svg()?;
-        write_atomically(&ending(".svg"), |file| std::io::Write::write_all(file, svg.as_bytes()))?;
+        write_file(&ending(".svg"), svg.as_bytes())?;
         let (width, height, pixels) = self.pixels()?;
         write_png(&ending(".png"), width, height, &pixels)?;
         Ok(())

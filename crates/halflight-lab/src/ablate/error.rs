@@ -8,6 +8,7 @@ use halflight_cpu::pipeline::PipelineError;
 use halflight_metrics::{CompareError, ImageError, WriteError};
 use halflight_scene::SceneError;
 
+use crate::memory::NotEnough;
 use crate::reference::ReferenceError;
 
 /// Why an experiment cannot be run.
@@ -84,6 +85,17 @@ pub enum AblateError {
     /// A reference cannot be rendered.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
+    /// An image does not fit into memory.
+    #[error("{0}; choose a smaller --size")]
+    Memory(#[from] NotEnough),
+    /// No light arrives where errors are to be measured.
+    #[error("{setting}: {reason}; errors relative to a black reference are undefined")]
+    Unlit {
+        /// Scene, light, size and frame.
+        setting: String,
+        /// Reason why the image is black.
+        reason: String,
+    },
     /// A row cannot be set against its reference.
     #[error("row {row}: {source}")]
     Compare {

@@ -20,6 +20,7 @@ use super::progress::Progress;
 use super::record::Finished;
 use super::table::Table;
 use crate::reference::{Reference, ReferenceConfig, reference};
+use crate::unlit::unlit;
 
 /// A row in one frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -103,7 +104,11 @@ pub(super) fn measure(
             ));
         };
         let truth = reference(&scene, &bvh, &config, Some(references), &mut said)?;
-        let receivers = receivers(&scene, &bvh, &config);
+        let seen = seen(&scene, &bvh, &config);
+        if let Some(reason) = unlit(&scene, &seen, &truth.irradiance) {
+            return Err(AblateError::Unlit { setting: format!("{}, frame {number}", setting.label), reason });
+        }
+        let receivers: Vec<bool> = (0..seen.pixels()).map(|pixel| seen.is_receiver(pixel)).collect();
         let mut images = Vec::with_capacity(rows.len());
         for (index, row) in rows.iter().enumerate() {
             progress.now(format!("{}: frame {number} of {of}, {}", setting.label, row.label()));
@@ -130,10 +135,10 @@ pub(super) fn measure(
     Ok(frames)
 }
 
-fn receivers(scene: &Scene, bvh: &halflight_cpu::bvh::Bvh, config: &ReferenceConfig) -> Vec<bool> {
+fn seen(scene: &Scene, bvh: &halflight_cpu::bvh::Bvh, config: &ReferenceConfig) -> GBuffer {
     let mut seen = GBuffer::default();
     gbuffer::trace(bvh, scene, config.width, config.height, &mut seen);
-    (0..seen.pixels()).map(|pixel| seen.is_receiver(pixel)).collect()
+    seen
 }
 
 fn view<'a>(

@@ -1,9 +1,8 @@
 //! The files that an experiment ends in.
 
-use std::io::Write;
 use std::path::PathBuf;
 
-use halflight_metrics::write_atomically;
+use halflight_metrics::write_file;
 use itertools::iproduct;
 
 use super::chart::{Against, errors};
@@ -48,7 +47,7 @@ pub fn write(
     }
     let figures = charts(experiment, outcome, places)?;
     let html = report::html(experiment, outcome, &figures, command)?;
-    write_atomically(&places.out.join("report.html"), |file| file.write_all(html.as_bytes()))?;
+    write_file(&places.out.join("report.html"), html.as_bytes())?;
     Ok(())
 }
 

@@ -2,6 +2,8 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::program::say;
+
 /// A progress bar that counts finished rows, and lines above it.
 #[derive(Debug)]
 pub struct Progress {
@@ -32,7 +34,7 @@ impl Progress {
 
     /// A line that stays.
     pub fn say(&self, line: &str) {
-        self.bar.suspend(|| eprintln!("{line}"));
+        self.bar.suspend(|| say(line));
     }
 
     /// So many more rows are finished.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use halflight_core::fragment::LEVELS;
 use halflight_core::stats::{FrameStats, ProofCounts};
-use halflight_metrics::{Comparison, write_atomically};
+use halflight_metrics::{Comparison, write_file};
 use serde::{Deserialize, Serialize};
 
 use super::AblateError;
@@ -344,7 +344,7 @@ pub fn write_csv<'a>(path: &Path, records: impl IntoIterator<Item = &'a Record>)
         writer.serialize(record)?;
     }
     let bytes = writer.into_inner().map_err(|fault| csv::Error::from(fault.into_error()))?;
-    write_atomically(path, |file| std::io::Write::write_all(file, &bytes))?;
+    write_file(path, &bytes)?;
     Ok(())
 }
 

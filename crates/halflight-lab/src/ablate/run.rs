@@ -23,10 +23,12 @@ use super::record::{Finished, Measured, PaperError};
 use super::state::{Header, State};
 use super::{AblateError, error, flicker, timing};
 use crate::failure::{Failures, failures};
+use crate::memory;
 use crate::picture;
 use crate::reference::{Reference, ReferenceConfig, reference};
+use crate::unlit::unlit;
 
-/// Pipelines are held together, and so timed in turn, up to this many bytes.
+/// Pipelines are held together, and so timed in turn, up to this many bytes, or half of what can be had.
 const GROUP_BYTES: u64 = 3 << 30;
 
 /// Where an experiment's files go.
@@ -61,6 +63,11 @@ pub fn run(
     mut each: impl FnMut(&Outcome) -> Result<(), AblateError>,
 ) -> Result<Outcome, AblateError> {
     let (settings, rows) = plan::plan(experiment)?;
+    if matches!(device, Device::Cpu) {
+        for setting in &settings {
+            check_memory(setting, rows.iter())?;
+        }
+    }
     std::fs::create_dir_all(&places.out).map_err(error::at(&places.out))?;
     let mut state = State::open(&places.out.join("state.jsonl"), &Header::new(experiment, provenance)?)?;
     let here = |setting: &Setting| -> Vec<Row> {
@@ -116,6 +123,13 @@ pub fn run(
     let outcome = outcome(&settings, &rows, &state, provenance);
     each(&outcome)?;
     Ok(outcome)
+}
+
+/// Refuses sizes whose images do not fit into memory, before anything is rendered.
+fn check_memory<'a>(setting: &Setting, rows: impl Iterator<Item = &'a Row>) -> Result<(), AblateError> {
+    let most = rows.map(|row| row.sized(setting.size).config.bytes_needed()).max().unwrap_or(0);
+    let [width, height] = setting.size;
+    Ok(memory::check(format!("{}: an image of {width}x{height} pixels", setting.label), most)?)
 }
 
 fn outcome(settings: &[Setting], rows: &[Row], state: &State, provenance: &Provenance) -> Outcome {
@@ -211,6 +225,9 @@ impl Truth {
         };
         let mut gbuffer = GBuffer::default();
         gbuffer::trace(&loaded.bvh, &scene, width, height, &mut gbuffer);
+        if let Some(reason) = unlit(&scene, &gbuffer, &reference.irradiance) {
+            return Err(AblateError::Unlit { setting: setting.label.clone(), reason });
+        }
         let receivers = (0..gbuffer.pixels()).map(|pixel| gbuffer.is_receiver(pixel)).collect();
         Ok(Self { scene, reference, paper, gbuffer, receivers })
     }
@@ -268,6 +285,7 @@ impl Bench<'_> {
     ) -> Result<(), AblateError> {
         let mut left = rows.iter();
         loop {
+            let most = memory::available().map_or(GROUP_BYTES, |bytes| GROUP_BYTES.min(bytes / 2));
             let mut group: Vec<Running> = Vec::new();
             let mut bytes = 0;
             for (row, frames) in left.by_ref() {
@@ -279,7 +297,7 @@ impl Bench<'_> {
                 };
                 bytes += running.machine.stats().peak_bytes.saturating_sub(self.scene.bvh.bytes() as u64);
                 group.push(running);
-                if bytes > GROUP_BYTES {
+                if bytes > most {
                     break;
                 }
             }

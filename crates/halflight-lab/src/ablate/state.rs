@@ -4,7 +4,7 @@ use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use halflight_metrics::write_atomically;
+use halflight_metrics::write_file;
 use serde::{Deserialize, Serialize};
 
 use super::experiment::Experiment;
@@ -49,7 +49,7 @@ pub struct State {
 
 impl State {
     /// Opens the file or makes it. Rows under the same header are taken over, a line cut short is dropped; a file with
-    /// another header is renamed to end in `.old`.
+    /// another header is copied to one that ends in `.old`.
     ///
     /// # Errors
     /// The file cannot be read or written.
@@ -66,8 +66,7 @@ impl State {
         if known.as_ref() != Some(header) {
             set_aside = rows.len();
             if set_aside > 0 {
-                let old = path.with_extension("jsonl.old");
-                std::fs::rename(path, &old).map_err(error::at(&old))?;
+                write_file(&path.with_extension("jsonl.old"), text.as_bytes())?;
             }
             rows.clear();
         }
@@ -75,7 +74,7 @@ impl State {
         for row in &rows {
             content += &(serde_json::to_string(row)? + "\n");
         }
-        write_atomically(path, |file| file.write_all(content.as_bytes()))?;
+        write_file(path, content.as_bytes())?;
         let file = OpenOptions::new().append(true).open(path).map_err(error::at(path))?;
         Ok(Self { path: path.to_path_buf(), file, rows, set_aside })
     }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use halflight_metrics::write_atomically;
+use halflight_metrics::write_file;
 
 use super::AblateError;
 
@@ -42,7 +42,7 @@ impl Table {
             writer.write_record(&line.cells)?;
         }
         let bytes = writer.into_inner().map_err(|fault| csv::Error::from(fault.into_error()))?;
-        write_atomically(path, |file| std::io::Write::write_all(file, &bytes))?;
+        write_file(path, &bytes)?;
         Ok(())
     }
 

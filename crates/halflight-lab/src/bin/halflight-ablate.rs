@@ -1,5 +1,6 @@
 //! Runs an experiment: `cargo xtask ablate` passes its arguments on to this program.
 
+use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -12,7 +13,12 @@ use halflight_lab::ablate::progress::Progress;
 use halflight_lab::ablate::provenance::Provenance;
 use halflight_lab::ablate::run::{Places, run};
 use halflight_lab::ablate::{AblateError, Experiment, output};
+use halflight_lab::memory::Allocator;
+use halflight_lab::program::{self, message, say};
 use halflight_lab::stability;
+
+#[global_allocator]
+static ALLOCATOR: Allocator = Allocator;
 
 /// Sets speed against accuracy: renders every row of an experiment, and writes results.csv, charts and report.html.
 ///
@@ -56,27 +62,23 @@ fn size(text: &str) -> Result<[u32; 2], String> {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let result = if arguments.list { list() } else { ablate(&arguments) };
-    match result {
+    let run = || if arguments.list { list() } else { Ok(ablate(&arguments)?) };
+    match program::prepare(None).map_err(Into::into).and_then(|()| run()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {
-            eprintln!("error: {fault}");
-            let mut source = std::error::Error::source(&fault);
-            while let Some(cause) = source {
-                eprintln!("  because: {cause}");
-                source = cause.source();
-            }
+            say(&format!("error: {}", message(fault.as_ref())));
             ExitCode::FAILURE
         }
     }
 }
 
-fn list() -> Result<(), AblateError> {
+fn list() -> Result<(), Box<dyn Error>> {
+    let mut lines = String::new();
     for (name, text) in EXPERIMENTS {
-        println!("{name:17} {}", Experiment::parse(text, name)?.title);
+        lines += &format!("{name:17} {}\n", Experiment::parse(text, name)?.title);
     }
-    println!("{:17} {}", stability::NAME, stability::TITLE);
-    Ok(())
+    lines += &format!("{:17} {}\n", stability::NAME, stability::TITLE);
+    Ok(program::print(&lines)?)
 }
 
 fn ablate(arguments: &Arguments) -> Result<(), AblateError> {
@@ -107,12 +109,12 @@ fn ablate(arguments: &Arguments) -> Result<(), AblateError> {
     let outcome = run(&experiment, &places, &device, &provenance, |outcome| {
         output::write(&experiment, outcome, &places, &command)
     })?;
-    eprintln!(
+    say(&format!(
         "{} rows in {:.0} s: {}",
         outcome.rows.len(),
         start.elapsed().as_secs_f64(),
         places.out.join("report.html").display()
-    );
+    ));
     Ok(())
 }
 
@@ -135,12 +137,12 @@ fn stability(arguments: &Arguments) -> Result<(), AblateError> {
         &Provenance::of_this_run(Device::Cpu.name()),
         &command(arguments, stability::NAME),
     )?;
-    eprintln!(
+    say(&format!(
         "{} pictures in {:.0} s: {}",
         plan.pictures(),
         start.elapsed().as_secs_f64(),
         out.join("stability.html").display()
-    );
+    ));
     stability::check(&rows)
 }
 

@@ -1,6 +1,7 @@
 //! Holds exact backends against each other and against brute force: `cargo xtask exactness` passes its arguments on to
 //! this program.
 
+use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -13,7 +14,12 @@ use halflight_lab::ablate::provenance::Provenance;
 use halflight_lab::exactness::certificates::{self, Outcome};
 use halflight_lab::exactness::primary::{self, PrimaryAgreement};
 use halflight_lab::exactness::{self, ExactnessError, Record, SCENES, Settings};
+use halflight_lab::memory::Allocator;
+use halflight_lab::program::{self, message, say};
 use indicatif::{HumanCount, ProgressBar, ProgressStyle};
+
+#[global_allocator]
+static ALLOCATOR: Allocator = Allocator;
 
 /// Compares what pixels see with brute force in double precision, the masks of bvh, raster4d and beam bit for bit and with
 /// brute force, and tries to break what beams prove.
@@ -60,23 +66,26 @@ fn count(text: &str) -> Result<u64, String> {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse()) {
+    let arguments = Arguments::parse();
+    match program::prepare(None).map_err(Into::into).and_then(|()| run(&arguments)) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(fault) => {
-            eprintln!("error: {fault}");
+            say(&format!("error: {}", message(fault.as_ref())));
             ExitCode::FAILURE
         }
     }
 }
 
 /// Whether all is as it should be.
-fn run(arguments: &Arguments) -> Result<bool, ExactnessError> {
+fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
+    // Known before hours of work, not after.
+    exactness::check_folder(&arguments.out)?;
     let provenance = Provenance::of_this_run("cpu".to_string());
     let mut right = true;
     if !arguments.only_certificates {
         let records = scenes(arguments)?;
-        print!("{}", exactness::table(&records));
+        program::print(&exactness::table(&records))?;
         let columns = ["scene", "triangles", "bvh_against", "pairs", "different"];
         exactness::write_csv(
             &arguments.out,
@@ -103,16 +112,16 @@ fn run(arguments: &Arguments) -> Result<bool, ExactnessError> {
         let bar = bar("certificates", arguments.certificates);
         let outcome = certificates::attack(arguments.certificates, arguments.seed, |cases| bar.inc(cases))?;
         bar.finish_and_clear();
-        println!("{}", account(&outcome));
+        program::print(&(account(&outcome) + "\n"))?;
         let (columns, rows) = (&Outcome::COLUMNS, &[outcome]);
         exactness::write_csv(&arguments.out, "certificates.csv", columns, rows, arguments.seed, &provenance)?;
         if outcome.cases < arguments.certificates {
-            eprintln!("error: beams prove too little for {} cases", arguments.certificates);
+            say(&format!("error: beams prove too little for {} cases", arguments.certificates));
         }
         right &= outcome.different == 0 && outcome.cases >= arguments.certificates;
     }
     if !right {
-        eprintln!("error: not exact");
+        say("error: not exact");
     }
     Ok(right)
 }

@@ -7,7 +7,6 @@ pub mod certificates;
 pub mod primary;
 mod truth;
 
-use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -23,7 +22,7 @@ use halflight_cpu::config::{Named, VisibilityConfig};
 use halflight_cpu::gbuffer;
 use halflight_cpu::horizon;
 use halflight_cpu::pipeline::PipelineError;
-use halflight_metrics::{WriteError, write_atomically};
+use halflight_metrics::{WriteError, write_file};
 use halflight_scene::SceneError;
 use serde::Serialize;
 
@@ -246,8 +245,15 @@ pub fn write_csv<T: Serialize>(
         writer.serialize((record, seed, &provenance.commit, &provenance.machine))?;
     }
     let bytes = writer.into_inner().map_err(|fault| csv::Error::from(fault.into_error()))?;
-    let path = folder.join(name);
-    std::fs::create_dir_all(folder).map_err(|source| WriteError { path: path.clone(), source })?;
-    write_atomically(&path, |file| file.write_all(&bytes))?;
+    check_folder(folder)?;
+    write_file(&folder.join(name), &bytes)?;
     Ok(())
+}
+
+/// Makes a folder for tables, unless it is there.
+///
+/// # Errors
+/// The folder cannot be made.
+pub fn check_folder(folder: &Path) -> Result<(), WriteError> {
+    std::fs::create_dir_all(folder).map_err(|source| WriteError { path: folder.to_owned(), source })
 }

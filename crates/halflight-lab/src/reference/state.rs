@@ -1,10 +1,9 @@
 //! The sums of a reference in progress, in memory and on disk.
 
-use std::io::Write;
 use std::path::Path;
 
 use halflight_core::scene::Scene;
-use halflight_metrics::write_atomically;
+use halflight_metrics::{WriteError, check_output, write_file};
 
 use super::{PASS, ReferenceConfig, ReferenceError};
 
@@ -39,27 +38,26 @@ impl State {
         &mut self.totals[(half * self.lights + light) * self.pixels..][..self.pixels]
     }
 
-    pub(super) fn save(&self, path: &Path) -> Result<(), ReferenceError> {
+    /// Makes the folder of a state, and makes sure that the state can be saved in it.
+    pub(super) fn check_path(path: &Path) -> Result<(), ReferenceError> {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder)
-                .map_err(|source| halflight_metrics::WriteError { path: folder.to_owned(), source })?;
+                .map_err(|source| WriteError { path: folder.to_owned(), source })?;
         }
+        Ok(check_output(path)?)
+    }
+
+    pub(super) fn save(&self, path: &Path) -> Result<(), ReferenceError> {
         let numbers = [self.key, u64::from(self.passes), self.pixels as u64, self.lights as u64];
-        Ok(write_atomically(path, |file| {
-            let mut check = Fnv::default();
-            let mut put = |bytes: &[u8]| {
-                check.add(bytes);
-                file.write_all(bytes)
-            };
-            put(&MAGIC)?;
-            for number in numbers {
-                put(&number.to_le_bytes())?;
-            }
-            for total in self.totals.as_flattened() {
-                put(&total.to_le_bytes())?;
-            }
-            file.write_all(&check.0.to_le_bytes())
-        })?)
+        let totals = self.totals.as_flattened();
+        let mut content = Vec::with_capacity(HEADER + 8 * totals.len() + 8);
+        content.extend(MAGIC);
+        content.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+        content.extend(totals.iter().flat_map(|total| total.to_le_bytes()));
+        let mut check = Fnv::default();
+        check.add(&content);
+        content.extend(check.0.to_le_bytes());
+        Ok(write_file(path, &content)?)
     }
 
     /// Takes over the sums saved in a file, if there is one.

@@ -12,13 +12,12 @@ use halflight_cpu::config::PipelineConfig;
 use halflight_cpu::gbuffer;
 use halflight_cpu::pipeline::PipelineError;
 use halflight_cpu::unshadowed::unshadowed;
-use halflight_metrics::CompareError;
 
 use super::cases::Case;
 use super::judge::{self, Fault, Figure};
 use super::methods::Method;
 use crate::ablate::AblateError;
-use crate::reference::{ReferenceConfig, ReferenceError, reference};
+use crate::reference::{ReferenceConfig, reference};
 
 /// A scene and its hierarchy.
 struct Stage {
@@ -39,16 +38,10 @@ impl Stage {
         gbuffer
     }
 
-    /// The converged picture. Black where no light gets anywhere, of which a reference could not tell its noise.
+    /// The converged picture.
     fn reference(&self, [width, height]: [u32; 2], samples: u32) -> Result<Vec<Vec3>, AblateError> {
         let config = ReferenceConfig { width, height, samples, ..ReferenceConfig::default() };
-        match reference(&self.scene, &self.bvh, &config, None, &mut |_, _| {}) {
-            Ok(found) => Ok(found.irradiance),
-            Err(ReferenceError::Noise(CompareError::ZeroReference | CompareError::NoPixels)) => {
-                Ok(vec![Vec3::ZERO; width as usize * height as usize])
-            }
-            Err(fault) => Err(fault.into()),
-        }
+        Ok(reference(&self.scene, &self.bvh, &config, None, &mut |_, _| {})?.irradiance)
     }
 
     fn without_shadow(&self, gbuffer: &GBuffer) -> Vec<Vec3> {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::Vec3;
-use halflight_metrics::{Image, tone_map, write_atomically, write_png};
+use halflight_metrics::{Image, tone_map, write_file, write_png};
 
 use super::cases::Case;
 use super::judge::Verdict;
@@ -28,7 +28,7 @@ const GAP: usize = 4;
 pub fn write(rows: &[Row], out: &Path, provenance: &Provenance, command: &str) -> Result<(), AblateError> {
     table(rows, provenance).write_csv(&out.join("stability.csv"))?;
     let html = page::html(rows, provenance, command);
-    write_atomically(&out.join("stability.html"), |file| std::io::Write::write_all(file, html.as_bytes()))?;
+    write_file(&out.join("stability.html"), html.as_bytes())?;
     Ok(())
 }
 
