@@ -5,6 +5,7 @@ mod culled;
 pub mod exactness;
 pub mod exr_file;
 pub mod failure;
+pub mod furnished;
 pub mod memory;
 pub mod picture;
 pub mod program;

@@ -13,11 +13,11 @@ const NOISE: f64 = 0.12;
 const INDEPENDENT: f64 = 0.35;
 
 /// Mean square error of interpolated pixels over the square of the error threshold and the image's mean square. Measured on
-/// the bundled scenes, from 1e-3 to 4e-3; what a cell adds by itself is [`CURVATURE`].
+/// the bundled scenes, from 1e-3 to 4e-3.
 const INTERPOLATION: f64 = 2e-3;
 
-/// Mean square error of a cell's pixels over the square of the difference between its corners.
-const CURVATURE: f64 = 0.06;
+/// Greatest difference of the visible fraction that is ever interpolated over.
+const MOST_ERROR: f32 = 0.3;
 
 /// Share of the target that is left to noise.
 const NOISE_SHARE: f64 = 0.6;
@@ -94,9 +94,13 @@ impl Budget {
 
     /// Difference of the visible fraction that is interpolated over, with so many samples along a side.
     pub fn error(&self, side: u16) -> f32 {
-        // Below the masks' own noise, pixels are no better than what they replace.
+        (self.interpolation as f32).clamp(Self::least(side), MOST_ERROR)
+    }
+
+    /// Least such difference: below the masks' own noise, pixels are no better than what they replace.
+    pub fn least(side: u16) -> f32 {
         let deviation = 0.02 * (f64::from(FIRST * FIRST) / f64::from(side * side)).powf(0.75);
-        self.interpolation.max(2.5 * deviation).clamp(0.01, 0.3) as f32
+        (2.5 * deviation).clamp(0.01, f64::from(MOST_ERROR)) as f32
     }
 }
 
@@ -107,10 +111,14 @@ pub(super) struct Plan {
     pub(super) first: Pattern,
     /// Samples for receivers that see part of the light.
     pub(super) full: Pattern,
-    /// Difference of the visible fraction that is interpolated over.
+    /// Difference of the visible fraction that is interpolated over where the light is as strong as in the mean.
     pub(super) error: f32,
+    /// Least such difference, wherever: below, pixels are no better than what they replace.
+    least: f32,
     /// Samples for every receiver where nothing is interpolated.
     every: Pattern,
+    /// Mean square of the irradiance per radiance; 0 where no error target is given.
+    pub(super) energy: f64,
 }
 
 /// Targets above which cells of level 1 and 2 are kept across steps: three times what these hide from their corners as an
@@ -130,7 +138,7 @@ impl Default for Plan {
 impl Plan {
     /// The same samples for all.
     pub(super) fn fixed(pattern: Pattern, error: f32) -> Self {
-        Self { first: pattern, full: pattern, error, every: pattern }
+        Self { first: pattern, full: pattern, error, least: error, every: pattern, energy: 0.0 }
     }
 
     /// Samples of a trial, from which the rest is judged.
@@ -152,8 +160,21 @@ impl Plan {
             first: square(kind, if side <= ONCE { side } else { FIRST }),
             full: square(kind, side),
             error: budget.error(side),
+            least: Budget::least(side),
             every: square(kind, side_for(f64::from(target))),
+            energy: energy / trial.len().max(1) as f64,
         }
+    }
+
+    /// Difference of the visible fraction that is interpolated over where the unshadowed irradiance per radiance is as given:
+    /// what counts is the difference of the irradiance.
+    #[inline]
+    pub(super) fn tolerance(&self, unshadowed: f32) -> f32 {
+        if self.energy <= 0.0 {
+            return self.error;
+        }
+        let weaker = self.energy.sqrt() as f32 / unshadowed.max(f32::MIN_POSITIVE);
+        (self.error * weaker).clamp(self.least, MOST_ERROR.max(self.least))
     }
 
     /// The share of [`Budget::DENSE`], where it counts.
@@ -260,23 +281,6 @@ impl Neighbours {
 fn later(words: &[u64], word: usize, by: usize) -> u64 {
     let next = words.get(word + 1).copied().unwrap_or(0);
     if by >= 64 { next } else { words[word] >> by | next << 1 << (63 - by) }
-}
-
-/// Expected squared error of the visible fraction in a cell, by what its corners have: their fractions and the expected
-/// squared errors of these. `error` is how far off a cell's corners may have been foretold: a steep cell was kept since they
-/// were.
-pub(super) fn cell_variance(fractions: impl Iterator<Item = (f32, f32)>, error: f32) -> f64 {
-    let (mut low, mut high, mut sum, mut count) = (f32::INFINITY, f32::NEG_INFINITY, 0.0, 0.0);
-    for (fraction, variance) in fractions.filter(|(fraction, _)| !fraction.is_nan()) {
-        (low, high) = (low.min(fraction), high.max(fraction));
-        sum += f64::from(variance);
-        count += 1.0;
-    }
-    if count == 0.0 {
-        return 0.0;
-    }
-    // Bilinear weights squared have a mean sum of 4/9.
-    4.0 / 9.0 * sum / count + CURVATURE * f64::from((high - low).min(error)).powi(2)
 }
 
 #[cfg(test)]

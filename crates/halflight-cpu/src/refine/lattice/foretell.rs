@@ -2,25 +2,27 @@
 
 use glam::Vec3;
 use halflight_core::fragment::{Cell, Fragments, Sample};
+use halflight_core::gbuffer::GBuffer;
 use halflight_core::hash;
+use halflight_core::light::AreaLight;
 use rayon::prelude::*;
 
 use super::Lattice;
 use super::view::View;
 use crate::compose::luminance;
 use crate::irradiance;
-use crate::refine::target::{self, Neighbours, Plan, Trial};
+use crate::refine::target::{Neighbours, Plan, Trial};
 use crate::unshadowed::unshadowed_many;
 
 /// Samples whose unshadowed irradiance is computed together.
-const SHINE: usize = 64;
+const TOGETHER: usize = 64;
 
-/// Cells that the error of all is foretold by: within 7 % of what all foretell on seven scenes at two targets, a quarter as many
-/// within 14 %.
+/// Pixels of their own by which the noise of all is predicted: within 7 % of what all predict on seven scenes at two
+/// targets, a quarter as many within 14 %.
 const JUDGED: usize = 16_384;
 
 impl Lattice {
-    /// Computes the fractions of all samples from `known` on.
+    /// Computes the fractions of all samples from `known` on; for an error target their unshadowed irradiance as well.
     pub(super) fn evaluate(&mut self, view: &View, known: usize, fragments: &Fragments) {
         let (samples, light) = (&fragments.samples()[known..], view.frame.light(view.light));
         self.fractions.resize(fragments.samples().len(), f32::NAN);
@@ -30,13 +32,20 @@ impl Lattice {
                 *fraction = irradiance::fraction(light, batch, sample.first as usize).unwrap_or(f32::NAN);
             },
         );
+        let lit = self.unshadowed.len();
+        if self.config.target <= 0.0 || lit >= fragments.samples().len() {
+            return;
+        }
+        self.unshadowed.resize(fragments.samples().len(), 0.0);
+        let samples = fragments.samples()[lit..].par_chunks(TOGETHER);
+        let blocks = self.unshadowed[lit..].par_chunks_mut(TOGETHER).zip(samples);
+        blocks.with_min_len(16).for_each(|(out, samples)| {
+            irradiance_of(light, view.gbuffer, samples.iter().map(|sample| sample.pixel), out);
+        });
     }
 
     /// Chooses samples and cells by what the corners so far have shown.
     pub(super) fn plan(&mut self, view: &View, fragments: &Fragments) {
-        self.shining.clear();
-        self.shining.extend(fragments.samples().iter().map(|sample| sample.pixel));
-        self.shine(view);
         let neighbours = Neighbours::new(self.plan.full);
         let trial = |(sample, (&fraction, &unshadowed)): (&Sample, (&f32, &f32))| {
             let (variance, torn) = neighbours.variance(fragments.batch(sample.batch), sample.first as usize);
@@ -47,63 +56,58 @@ impl Lattice {
         self.plan = Plan::reach(self.config.target, view.frame.pattern.kind, &self.trial);
     }
 
-    /// Computes the unshadowed irradiance of pixels.
-    fn shine(&mut self, view: &View) {
-        let light = view.frame.light(view.light);
-        self.unshadowed.clear();
-        self.unshadowed.resize(self.shining.len(), 0.0);
-        let blocks = self.unshadowed.par_chunks_mut(SHINE).zip(self.shining.par_chunks(SHINE));
-        blocks.with_min_len(16).for_each(|(out, pixels)| {
-            let (mut origins, mut normals) = ([Vec3::ZERO; SHINE], [Vec3::ZERO; SHINE]);
-            for (lane, &pixel) in pixels.iter().enumerate() {
-                if let Some(receiver) = view.gbuffer.receiver(pixel as usize) {
-                    (origins[lane], normals[lane]) = (receiver.origin, receiver.normal);
-                }
-            }
-            unshadowed_many(light, &origins[..pixels.len()], &normals[..pixels.len()], out);
-        });
+    /// Predicted squared error of the irradiance by luminance, summed over all pixels: the noise of pixels on their own, by
+    /// some of them where there are many, and what validation has found of interpolated cells.
+    pub(super) fn expect(&mut self, view: &View, fragments: &Fragments) -> f64 {
+        let sum = self.noise_of_pixels(view, fragments).0 + self.error_of_cells(view);
+        sum * f64::from(luminance(view.frame.light(view.light).radiance)).powi(2)
     }
 
-    /// Expected squared error of the irradiance by luminance, summed over all pixels; by some of the cells where there are many.
-    pub(super) fn expect(&mut self, view: &View, fragments: &Fragments) -> f64 {
+    /// Predicted squared error of pixels with samples of their own, per radiance, and how many of them have any.
+    pub(super) fn noise_of_pixels(&mut self, view: &View, fragments: &Fragments) -> (f64, f64) {
         let cells = fragments.cells();
         let stride = cells.len().div_ceil(JUDGED).max(1);
         let mut neighbours = std::mem::take(&mut self.neighbours);
         neighbours.clear();
         neighbours.extend(fragments.batches().iter().map(|batch| Neighbours::new(batch.pattern())));
-        let noise = |sample: &u32| {
-            let sample = &fragments.samples()[*sample as usize];
-            let own = &neighbours[usize::from(sample.batch)];
-            own.variance(fragments.batch(sample.batch), sample.first as usize).0
-        };
         let judge = |(place, group): (usize, &[Cell])| {
             let cell = group[hash::mix(place as u32) as usize % group.len()];
-            let samples = fragments.cell_samples(&cell);
-            let variance = if cell.level == 0 {
-                samples.iter().map(|sample| f64::from(noise(sample))).sum()
-            } else {
-                let known = samples.iter().map(|sample| (self.fractions[*sample as usize], noise(sample)));
-                target::cell_variance(known, self.plan.error)
-            };
-            let (x0, y0, x1, y1) = cell.pixels(fragments.width(), fragments.height());
-            let pixels = f64::from((x1 - x0) * (y1 - y0)) * group.len() as f64;
-            (cell, variance * pixels)
+            let &[index] = fragments.cell_samples(&cell) else { return (0, 0.0) };
+            let sample = &fragments.samples()[index as usize];
+            let known = &neighbours[usize::from(sample.batch)];
+            let variance = known.variance(fragments.batch(sample.batch), sample.first as usize).0;
+            let level_0 = f64::from(u8::from(cell.level == 0));
+            (sample.pixel, f64::from(variance) * level_0 * group.len() as f64)
         };
         let mut judged = std::mem::take(&mut self.judged);
         cells.par_chunks(stride).enumerate().with_min_len(256).map(judge).collect_into_vec(&mut judged);
-        judged.retain(|(_, variance)| *variance > 0.0);
-        self.shining.clear();
-        let samples = judged.iter().flat_map(|(cell, _)| fragments.cell_samples(cell));
-        self.shining.extend(samples.map(|&sample| fragments.samples()[sample as usize].pixel));
-        self.shine(view);
-        let (mut sum, mut first) = (0.0, 0);
-        for (cell, variance) in &judged {
-            let last = first + fragments.cell_samples(cell).len();
-            let power = self.unshadowed[first..last].iter().map(|&one| f64::from(one).powi(2)).sum::<f64>();
-            sum += variance * power / (last - first) as f64;
-            first = last;
-        }
+        judged.retain(|&(_, variance)| variance > 0.0);
+        let light = view.frame.light(view.light);
+        let block = |block: &[(u32, f64)]| {
+            let mut unshadowed = [0.0; TOGETHER];
+            let pixels = block.iter().map(|&(pixel, _)| pixel);
+            irradiance_of(light, view.gbuffer, pixels, &mut unshadowed[..block.len()]);
+            block
+                .iter()
+                .zip(unshadowed)
+                .map(|(&(_, variance), one)| variance * f64::from(one).powi(2))
+                .sum::<f64>()
+        };
+        // In one order, whatever the number of threads.
+        let sum = judged.par_chunks(TOGETHER).with_min_len(16).map(block).collect::<Vec<f64>>().iter().sum();
+        let noisy = (judged.len() * stride) as f64;
         (self.judged, self.neighbours) = (judged, neighbours);
-        sum * f64::from(luminance(view.frame.light(view.light).radiance)).powi(2)
+        (sum, noisy)
     }
+}
+
+/// Computes the unshadowed irradiance per radiance of up to [`TOGETHER`] pixels.
+fn irradiance_of(light: &AreaLight, gbuffer: &GBuffer, pixels: impl Iterator<Item = u32>, out: &mut [f32]) {
+    let (mut origins, mut normals) = ([Vec3::ZERO; TOGETHER], [Vec3::ZERO; TOGETHER]);
+    for (lane, pixel) in pixels.take(TOGETHER).enumerate() {
+        if let Some(receiver) = gbuffer.receiver(pixel as usize) {
+            (origins[lane], normals[lane]) = (receiver.origin, receiver.normal);
+        }
+    }
+    unshadowed_many(light, &origins[..out.len()], &normals[..out.len()], out);
 }

@@ -42,7 +42,8 @@ impl Lattice {
             _ => return false,
         }
         let (low, high) = range(&found);
-        if high - low <= self.plan.error {
+        let tolerance = self.tolerance(&corners);
+        if high - low <= tolerance {
             return true;
         }
         let parent = Square { level: cell.level + 1, x: cell.x / 2, y: cell.y / 2 };
@@ -55,14 +56,27 @@ impl Lattice {
         let known = parent.pixels().map(|pixel| self.fraction(pixel));
         corners.places().into_iter().zip(found).all(|((x, y), fraction)| {
             // Without a fraction at the parent's corners there is no prediction, and the comparison fails.
-            (parent.interpolate(&view.rise, &known, x, y) - fraction).abs() <= self.plan.error
+            (parent.interpolate(&view.rise, &known, x, y) - fraction).abs() <= tolerance
         })
+    }
+
+    /// Difference of the visible fraction that is interpolated over between corners: the less, the stronger the light there.
+    fn tolerance(&self, corners: &Corners) -> f32 {
+        if self.config.target <= 0.0 {
+            return self.plan.error;
+        }
+        let strength = |pixel: usize| match self.corners[pixel] {
+            NONE => 0.0,
+            sample => self.unshadowed[sample as usize],
+        };
+        self.plan.tolerance(corners.pixels().map(strength).into_iter().fold(0.0, f32::max))
     }
 
     /// Whether a cell across a step can be interpolated over: corners on one surface agree, and one that is alone on its own
     /// sees all of the light or nothing.
     fn holds_step(&self, view: &View, level: u8, corners: &Corners, found: &[f32; 4]) -> bool {
         let (pixels, places) = (corners.pixels(), corners.places());
+        let tolerance = self.tolerance(corners);
         (0..4).filter(|&one| view.gbuffer.is_receiver(pixels[one])).all(|one| {
             let mut alone = true;
             for other in (0..4).filter(|&other| pixels[other] != pixels[one]) {
@@ -71,7 +85,7 @@ impl Lattice {
                     continue;
                 }
                 alone = false;
-                let agree = (found[one] - found[other]).abs() <= self.plan.error
+                let agree = (found[one] - found[other]).abs() <= tolerance
                     || found[one].is_nan() && found[other].is_nan();
                 if !agree {
                     return false;
@@ -86,7 +100,7 @@ impl Lattice {
     fn meets_neighbours(&self, view: &View, cell: Square) -> bool {
         let corners = cell.corners(view.gbuffer);
         let known = corners.pixels().map(|pixel| self.fraction(pixel));
-        let ((low, high), error) = (range(&known), self.plan.error);
+        let ((low, high), error) = (range(&known), self.tolerance(&corners));
         let [(x0, y0), ..] = corners.places();
         corners.all_edges(|x, y| {
             let found = self.fraction(view.gbuffer.index(x, y));
@@ -152,7 +166,7 @@ impl Lattice {
 }
 
 /// The lowest and the highest fraction.
-fn range(fractions: &[f32; 4]) -> (f32, f32) {
+pub(super) fn range(fractions: &[f32; 4]) -> (f32, f32) {
     let empty = (f32::INFINITY, f32::NEG_INFINITY);
     fractions.iter().fold(empty, |(low, high), &fraction| (low.min(fraction), high.max(fraction)))
 }

@@ -2,11 +2,12 @@
 
 mod foretell;
 mod judge;
+mod validate;
 mod view;
 
 use std::sync::atomic::AtomicBool;
 
-use halflight_core::fragment::{Cell, Fragments, Sample};
+use halflight_core::fragment::{Fragments, Sample};
 use halflight_core::frame::Frame;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_core::mask::Purpose;
@@ -24,6 +25,7 @@ use super::target::{Neighbours, Plan, Steps, Trial};
 use super::trace_pixels;
 use crate::corners::Corners;
 use crate::rise::{Between, Rise, RiseLimits};
+use validate::{Probe, Risk};
 use view::View;
 
 /// Constants of [`Lattice`].
@@ -118,14 +120,18 @@ pub struct Lattice {
     corners: Vec<u32>,
     /// Visible fraction of every sample; NaN where the light lies below its horizon.
     fractions: Vec<f32>,
-    /// Pixels whose unshadowed irradiance takes part in what is foretold, and that.
-    shining: Vec<u32>,
+    /// Unshadowed irradiance per radiance of every sample, for an error target.
     unshadowed: Vec<f32>,
+    /// Pixels that see geometry, for an error target.
+    receivers: usize,
+    /// What validation has found, and the pixels that it asks.
+    risk: Risk,
+    probes: Vec<Probe>,
     /// Receivers that see part of the light, and their samples.
     partly: Vec<u32>,
     partly_samples: Vec<u32>,
-    /// Cells that tell how wrong the frame will be, and the sum over each of the variance of `F`.
-    judged: Vec<(Cell, f64)>,
+    /// Pixels that tell how noisy the frame will be, and the variances of `F` that they stand for.
+    judged: Vec<(u32, f64)>,
     neighbours: Vec<Neighbours>,
     expected: Option<f64>,
     /// Cells to look at, by level.
@@ -190,7 +196,7 @@ impl Lattice {
         if level > 0 {
             let judged = cells.par_iter().zip(&mut verdicts).with_min_len(256);
             judged.filter(|(_, verdict)| **verdict == Verdict::Keep).for_each(|(&cell, verdict)| {
-                if !self.holds(view, cell) {
+                if !self.holds(view, cell) || !self.may_be_kept(view, cell) {
                     *verdict = Verdict::Split;
                 }
             });
@@ -301,8 +307,7 @@ impl Lattice {
         };
         let inside = |cell: &&Square| cell.x << level < gbuffer.width && cell.y << level < gbuffer.height;
         let left = self.pending[usize::from(level)].iter().filter(inside).count() << (2 * level);
-        let receivers = gbuffer.primitive.par_iter().filter(|&&triangle| triangle != NO_PRIMITIVE).count();
-        left as f32 > share * receivers as f32
+        left as f32 > share * self.receivers as f32
     }
 
     /// Asks for the masks of all receivers that have none, each a cell of its own.
@@ -398,6 +403,18 @@ impl Refiner for Lattice {
         self.corners.resize(gbuffer.pixels(), NONE);
         self.wanted.reset(gbuffer.width, gbuffer.height);
         self.fractions.clear();
+        self.unshadowed.clear();
+        self.risk = Risk::default();
+        self.receivers = if self.config.target > 0.0 {
+            gbuffer
+                .primitive
+                .par_iter()
+                .with_min_len(4096)
+                .filter(|&&triangle| triangle != NO_PRIMITIVE)
+                .count()
+        } else {
+            0
+        };
         self.kept.clear();
         self.suspected.clear();
         self.recent.clear();
@@ -420,9 +437,22 @@ impl Refiner for Lattice {
                 break;
             }
         }
-        while !dense && self.mend(&view) {
+        let rounds = if self.config.target > 0.0 && !dense { validate::ROUNDS as u32 } else { 0 };
+        for round in 0..=rounds {
+            while !dense && self.mend(&view) {
+                for level in (0..top).rev() {
+                    self.descend(level, &view, visibility, fragments);
+                }
+            }
+            if round == rounds {
+                break;
+            }
+            let again = self.validate(round, &view, visibility, fragments);
             for level in (0..top).rev() {
                 self.descend(level, &view, visibility, fragments);
+            }
+            if !again {
+                break;
             }
         }
         for &(cell, verdict) in self.kept.iter().flatten() {
@@ -478,10 +508,11 @@ impl Refiner for Lattice {
             + self.recent.capacity() * size_of::<(u32, u8)>()
             + self.verdicts.capacity()
             + self.suspected.capacity()
-            + (self.shining.capacity() + self.unshadowed.capacity()) * 4
+            + self.unshadowed.capacity() * 4
+            + self.probes.capacity() * size_of::<Probe>()
             + (self.partly.capacity() + self.partly_samples.capacity()) * 4
             + self.trial.capacity() * size_of::<Trial>()
-            + self.judged.capacity() * size_of::<(Cell, f64)>()
+            + self.judged.capacity() * size_of::<(u32, f64)>()
             + self.neighbours.capacity() * size_of::<Neighbours>()
             + self.certified.capacity() * size_of::<Square>()
             + self.regions.capacity() * size_of::<Region>()

@@ -1,0 +1,296 @@
+//! Validation of kept cells: some of their pixels are traced and compared with what is interpolated there.
+//!
+//! Corners say nothing about a shadow that passes between them, and no constant about how often that happens in a scene that
+//! nobody has seen. So a few pixels, chosen at random with a probability that follows from how much they matter, are asked
+//! what they see. Their mean squared error, class by class of cells, tells what the image as a whole is off by, which of the
+//! cells are to be split for the error target, and what error is left.
+
+use halflight_core::fragment::Fragments;
+use halflight_core::hash;
+use halflight_core::stages::Visibility;
+use rayon::prelude::*;
+
+use super::{Lattice, NONE, Square, Verdict, View};
+use crate::refine::place::cell_rect;
+use crate::refine::target::Neighbours;
+use crate::rise::Between;
+
+/// Levels that are told apart: 1, 2, 3 and coarser.
+const LEVELS: usize = 4;
+
+/// Classes of cells that err alike: by level, by whether a surface discontinuity passes through, and by whether all corners
+/// agree.
+const CLASSES: usize = 4 * LEVELS;
+
+/// Validated pixels as a share of all samples, and their least and greatest number.
+const SHARE: usize = 24;
+const LEAST: usize = 192;
+const MOST: usize = 1536;
+
+/// Validated pixels of a class at least, where its cells are as many and can matter.
+const OF_A_CLASS: usize = 24;
+
+/// Validated pixels that the mean errors assumed beforehand count for.
+const ASSUMED: f64 = 6.0;
+
+/// Share of the target that is left to interpolation at least, however much noise there is.
+const LEAST_SHARE: f64 = 0.25;
+
+/// Share of the target that may be expected before cells are split for it, and the share of what is left to interpolation
+/// that they are then split down to: errors are known to within a factor of 1.5 or so, and what is just missed costs more to
+/// mend than it is worth.
+const TOLERATED: f64 = 1.25;
+const MARGIN: f64 = 0.8;
+
+/// Times that cells are validated at most.
+pub(super) const ROUNDS: usize = 3;
+
+/// A cell's class and weight: weights times the mean error of their class are squared errors of the irradiance, per radiance,
+/// summed over the cell's pixels.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Weighed {
+    class: u8,
+    weight: f32,
+    /// Pixels.
+    pixels: f32,
+}
+
+/// A pixel of a cell that is asked for validation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Probe {
+    /// Place of the cell among those kept.
+    place: u32,
+    x: u32,
+    y: u32,
+}
+
+/// What validation has found.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Risk {
+    /// Mean squared errors of the visible fraction, per unit of weight.
+    means: [f64; CLASSES],
+    /// Squared error a pixel, per radiance, above which cells are split.
+    limit: f64,
+}
+
+impl Default for Risk {
+    fn default() -> Self {
+        Self { means: std::array::from_fn(assumed), limit: f64::INFINITY }
+    }
+}
+
+/// Mean error of a class before anything is known: measured on the bundled scenes.
+fn assumed(class: usize) -> f64 {
+    match class % 4 {
+        // Between corners that agree, and between corners that do not: of the square of their difference.
+        0 => 2e-5,
+        1 => 0.06,
+        // Across a discontinuity likewise.
+        2 => 5e-4,
+        _ => 2e-3,
+    }
+}
+
+impl Lattice {
+    /// Weighs a kept cell; a weight of 0 where nothing can be wrong.
+    pub(super) fn weigh(&self, view: &View, cell: Square) -> Weighed {
+        let corners = cell.corners(view.gbuffer);
+        let (mut strongest, mut low, mut high) = (0.0f32, f32::INFINITY, f32::NEG_INFINITY);
+        for pixel in corners.pixels() {
+            let sample = self.corners[pixel];
+            if sample == NONE {
+                continue;
+            }
+            strongest = strongest.max(self.unshadowed[sample as usize]);
+            let fraction = self.fractions[sample as usize];
+            if !fraction.is_nan() {
+                (low, high) = (low.min(fraction), high.max(fraction));
+            }
+        }
+        let rect = cell_rect(view.gbuffer, cell.level, cell.x, cell.y);
+        let pixels = ((rect.x1 - rect.x0) * (rect.y1 - rect.y0)) as f32;
+        let step = self.breaks.inside(cell.level, cell.x, cell.y) == Between::Step;
+        // Steep cells were kept since their parents had predicted them to within the tolerance.
+        let difference = (high - low).clamp(0.0, self.plan.tolerance(strongest));
+        let mixed = difference > 0.0;
+        let level = usize::from(cell.level).clamp(1, LEVELS) - 1;
+        let class = 4 * level + 2 * usize::from(step) + usize::from(mixed);
+        let scale = if mixed && !step { difference * difference } else { 1.0 };
+        Weighed { class: class as u8, weight: strongest * strongest * pixels * scale, pixels }
+    }
+
+    /// Whether a cell whose corners agree well enough may be kept by what validation has found.
+    pub(super) fn may_be_kept(&self, view: &View, cell: Square) -> bool {
+        self.risk.limit == f64::INFINITY || {
+            let Weighed { class, weight, pixels } = self.weigh(view, cell);
+            self.risk.means[usize::from(class)] * f64::from(weight) <= self.risk.limit * f64::from(pixels)
+        }
+    }
+
+    /// Squared error of the irradiance per radiance that is expected of all kept cells.
+    pub(super) fn error_of_cells(&self, view: &View) -> f64 {
+        let kept: Vec<f64> =
+            self.kept.par_iter().with_min_len(256).map(|kept| self.error_of(view, *kept).1).collect();
+        kept.iter().sum()
+    }
+
+    /// Weight and expected error of a kept cell; nothing for one that is proved.
+    fn error_of(&self, view: &View, kept: Option<(Square, Verdict)>) -> (Weighed, f64) {
+        match kept {
+            Some((cell, Verdict::Keep)) => {
+                let weighed = self.weigh(view, cell);
+                (weighed, self.risk.means[usize::from(weighed.class)] * f64::from(weighed.weight))
+            }
+            _ => (Weighed::default(), 0.0),
+        }
+    }
+
+    /// Validates the kept cells and splits those that the error target has no room for. Returns whether these
+    /// are so many that the others should be validated once more.
+    pub(super) fn validate(
+        &mut self,
+        round: u32,
+        view: &View,
+        visibility: &mut dyn Visibility,
+        fragments: &mut Fragments,
+    ) -> bool {
+        let weighed: Vec<Weighed> =
+            self.kept.par_iter().with_min_len(256).map(|kept| self.error_of(view, *kept).0).collect();
+        let receivers = self.receivers as f64;
+        let whole = f64::from(self.config.target) * self.plan.energy * receivers;
+        let (noise, noisy) = self.noise_of_pixels(view, fragments);
+        let room = (whole - noise).max(LEAST_SHARE * whole);
+        self.probe(round, &weighed, room, view);
+        for probe in &self.probes {
+            let pixel = view.gbuffer.index(probe.x, probe.y);
+            if view.gbuffer.is_receiver(pixel) && self.corners[pixel] == NONE {
+                self.wanted.insert(probe.x, probe.y);
+            }
+        }
+        let first = fragments.samples().len() as u32;
+        self.trace(view, 0, visibility, fragments);
+        let mut split = self.judge_probes(&weighed, view, fragments, first);
+
+        // The least dangerous cells are kept as long as there is room.
+        let mut cells: Vec<(f64, u32)> = weighed
+            .par_iter()
+            .enumerate()
+            .with_min_len(1024)
+            .filter(|(_, one)| one.weight > 0.0)
+            .map(|(place, one)| {
+                let error = self.risk.means[usize::from(one.class)] * f64::from(one.weight);
+                (error / f64::from(one.pixels), place as u32)
+            })
+            .collect();
+        cells.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let error = |&(density, place): &(f64, u32)| density * f64::from(weighed[place as usize].pixels);
+        self.risk.limit = f64::INFINITY;
+        if noise + cells.iter().map(error).sum::<f64>() > TOLERATED * whole {
+            let mut sum = 0.0;
+            let last = cells.iter().find(|cell| {
+                sum += error(cell);
+                sum > MARGIN * room
+            });
+            // Pixels of their own have noise: more of them are no better than cells that err less than they do.
+            self.risk.limit = last.map_or(f64::INFINITY, |&(density, _)| density.max(noise / noisy.max(1.0)));
+        }
+        split.extend(cells.iter().filter(|(density, _)| *density > self.risk.limit).map(|&(_, place)| place));
+        split.sort_unstable();
+        split.dedup();
+        for place in split {
+            if let Some((cell, _)) = self.kept[place as usize].take() {
+                self.split(cell);
+            }
+        }
+        self.risk.limit < f64::INFINITY
+    }
+
+    /// Chooses pixels to validate: of every class in proportion to weight.
+    fn probe(&mut self, round: u32, weighed: &[Weighed], room: f64, view: &View) {
+        let (mut weights, mut counts) = ([0.0f64; CLASSES], [0usize; CLASSES]);
+        for one in weighed.iter().filter(|one| one.weight > 0.0) {
+            weights[usize::from(one.class)] += f64::from(one.weight);
+            counts[usize::from(one.class)] += 1;
+        }
+        let total = (self.fractions.len() / SHARE).clamp(LEAST, MOST) as f64;
+        let errors: [f64; CLASSES] = std::array::from_fn(|class| weights[class] * self.risk.means[class]);
+        let all: f64 = errors.iter().sum();
+        self.probes.clear();
+        let mut steps = [f64::INFINITY; CLASSES];
+        for class in 0..CLASSES {
+            // What could not matter if it were ten times as wrong is not looked at.
+            if errors[class] * 100.0 > room {
+                let count = (total * errors[class] / all).max(OF_A_CLASS.min(counts[class]) as f64);
+                steps[class] = weights[class] / count;
+            }
+        }
+        let mut next: [f64; CLASSES] = std::array::from_fn(|class| {
+            steps[class] * f64::from(hash::unit_pair(hash::fold(hash::mix(round), class as u32)).0)
+        });
+        for (place, one) in (0..).zip(weighed) {
+            let class = usize::from(one.class);
+            next[class] -= f64::from(one.weight);
+            while next[class] < 0.0 && one.weight > 0.0 {
+                next[class] += steps[class];
+                let Some((cell, _)) = self.kept[place as usize] else { break };
+                let rect = cell_rect(view.gbuffer, cell.level, cell.x, cell.y);
+                let (u, v) = hash::unit_pair(hash::fold(
+                    hash::fold(hash::mix(round), place),
+                    self.probes.len() as u32,
+                ));
+                let x = rect.x0 + (u * (rect.x1 - rect.x0) as f32) as u32;
+                let y = rect.y0 + (v * (rect.y1 - rect.y0) as f32) as u32;
+                self.probes.push(Probe { place, x, y });
+            }
+        }
+    }
+
+    /// Compares validated pixels with what is interpolated there; returns the places of cells that are off by more than their
+    /// tolerance. Samples from `first` on are new.
+    fn judge_probes(
+        &mut self,
+        weighed: &[Weighed],
+        view: &View,
+        fragments: &Fragments,
+        first: u32,
+    ) -> Vec<u32> {
+        let (mut sums, mut counts) = ([0.0f64; CLASSES], [0.0f64; CLASSES]);
+        let neighbours: Vec<Neighbours> =
+            fragments.batches().iter().map(|batch| Neighbours::new(batch.pattern())).collect();
+        let mut off = Vec::new();
+        for &Probe { place, x, y } in &self.probes {
+            let Some((cell, _)) = self.kept[place as usize] else { continue };
+            let one = weighed[place as usize];
+            let class = usize::from(one.class);
+            counts[class] += 1.0;
+            let sample = self.corners[view.gbuffer.index(x, y)];
+            // Corners are what they are, and what sees nothing adds nothing.
+            if sample == NONE || sample < first {
+                continue;
+            }
+            let corners = cell.corners(view.gbuffer);
+            let known = corners.pixels().map(|pixel| self.fraction(pixel));
+            let (low, high) = super::judge::range(&known);
+            let expected = corners.interpolate(&view.rise, &known, x, y);
+            let expected = if expected.is_nan() { 0.5 * (low + high) } else { expected.clamp(low, high) };
+            let (found, strength) = (self.fractions[sample as usize], self.unshadowed[sample as usize]);
+            if found.is_nan() || expected.is_nan() || strength <= 0.0 {
+                continue;
+            }
+            let own = &fragments.samples()[sample as usize];
+            let batch = fragments.batch(own.batch);
+            let variance = neighbours[usize::from(own.batch)].variance(batch, own.first as usize).0;
+            let error = f64::from(found - expected).powi(2) - f64::from(variance);
+            sums[class] +=
+                error * f64::from(strength).powi(2) * f64::from(one.pixels) / f64::from(one.weight);
+            if (found - expected).abs() > self.plan.tolerance(strength).max(3.0 * variance.sqrt()) {
+                off.push(place);
+            }
+        }
+        for class in 0..CLASSES {
+            let mean = (sums[class] + ASSUMED * self.risk.means[class]) / (counts[class] + ASSUMED);
+            self.risk.means[class] = mean.max(0.05 * assumed(class));
+        }
+        off
+    }
+}
