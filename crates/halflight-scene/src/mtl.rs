@@ -114,7 +114,7 @@ impl Reader<'_> {
                     if !whole {
                         let rest = shown(rest);
                         self.warn(&format!(
-                            "`Kd {rest}` on line {line} has more than three numbers; they are used alone"
+                            "`Kd {rest}` on line {line} has more than three numbers; the rest is not used"
                         ));
                     }
                     self.set(line, |material| material.kd = Some(kd));

@@ -1,6 +1,6 @@
 //! The materials of an OBJ file: its libraries, and which face has which.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -30,7 +30,8 @@ impl Default for Surfaces {
 
 impl Surfaces {
     /// The materials of the file at `path`. Names are looked up when all of the file is known, since some files name their
-    /// library last. Where several libraries define a name, the last one before its use counts, or else the first.
+    /// library last. Where several libraries define a name, the last one that is named before its use counts, or else the
+    /// first.
     pub(super) fn of(path: &Path, merged: &Merged, definitions: &Definitions, context: &mut Context) -> Self {
         let mut undefined: Vec<(usize, usize)> = Vec::new();
         let mut meanings: Vec<Option<Meaning<'_>>> = merged.names.iter().map(|_| None).collect();
@@ -48,7 +49,7 @@ impl Surfaces {
             let definition = match meaning {
                 Meaning::Undefined | Meaning::Default => None,
                 Meaning::Defined(places) => {
-                    let before = places.partition_point(|&(face, _)| face <= naming.face);
+                    let before = places.partition_point(|&(line, _)| line < naming.line);
                     Some(places[before.saturating_sub(1)].1)
                 }
             };
@@ -90,14 +91,14 @@ enum Meaning<'a> {
     Undefined,
     /// No name: the default material.
     Default,
-    /// For every library that defines it, the number of faces before the library is named and the definition.
+    /// For every library that defines it, the line that names the library, and the definition.
     Defined(&'a [(usize, usize)]),
 }
 
 /// The materials of all libraries of a file.
 pub(super) struct Definitions {
     all: Vec<(Rc<Library>, usize)>,
-    libraries: Vec<PathBuf>,
+    libraries: HashSet<PathBuf>,
     exact: HashMap<Vec<u8>, Vec<(usize, usize)>>,
     /// By names without what may be a comment or quotation marks.
     shortened: HashMap<Vec<u8>, Vec<(usize, usize)>>,
@@ -109,7 +110,7 @@ impl Default for Definitions {
     fn default() -> Self {
         Self {
             all: Vec::new(),
-            libraries: Vec::new(),
+            libraries: HashSet::new(),
             exact: HashMap::new(),
             shortened: HashMap::new(),
             complete: true,
@@ -122,7 +123,7 @@ impl Definitions {
     pub(super) fn of(path: &Path, merged: &Merged, context: &mut Context) -> Self {
         let mut definitions = Self::default();
         for naming in merged.namings.iter().filter(|naming| naming.library) {
-            definitions.load(path, &merged.names[naming.name], naming.face, context);
+            definitions.load(path, &merged.names[naming.name], naming.line, context);
         }
         definitions
     }
@@ -137,24 +138,33 @@ impl Definitions {
         }
     }
 
-    /// Loads the libraries that the `mtllib` behind `face` faces names.
-    fn load(&mut self, path: &Path, names: &[u8], face: usize, context: &mut Context) {
+    /// Loads the libraries that the `mtllib` on `line` names.
+    fn load(&mut self, path: &Path, names: &[u8], line: usize, context: &mut Context) {
         let folder = path.parent().unwrap_or(Path::new(""));
         for found in self.find(path, folder, names, context) {
-            if self.libraries.contains(&found) {
+            if !self.libraries.insert(found.clone()) {
                 continue;
             }
-            self.libraries.push(found.clone());
             let Some(library) = mtl::library(&found, context) else {
                 self.complete = false;
                 continue;
             };
+            let first = self.all.len();
             for (index, name) in library.names().enumerate() {
-                let definition = (face, self.all.len());
+                let definition = self.all.len();
                 self.all.push((Rc::clone(&library), index));
-                define(&mut self.exact, name, definition);
+                let places = self.exact.entry(name.to_vec()).or_default();
+                match places.last_mut() {
+                    // Of two in one library the second counts, of two libraries on one line the first.
+                    Some((_, known)) if *known >= first => *known = definition,
+                    Some((known, _)) if *known == line => {}
+                    _ => places.push((line, definition)),
+                }
                 for form in forms(name).into_iter().filter(|form| !form.is_empty() && *form != name) {
-                    define(&mut self.shortened, form, definition);
+                    let places = self.shortened.entry(form.to_vec()).or_default();
+                    if places.last().is_none_or(|&(known, _)| known != line) {
+                        places.push((line, definition));
+                    }
                 }
             }
         }
@@ -187,14 +197,5 @@ impl Definitions {
             found.extend(library);
         }
         found
-    }
-}
-
-/// Adds a definition; of those that are named at the same place the last counts.
-fn define(names: &mut HashMap<Vec<u8>, Vec<(usize, usize)>>, name: &[u8], definition: (usize, usize)) {
-    let places = names.entry(name.to_vec()).or_default();
-    match places.last_mut() {
-        Some(last) if last.0 == definition.0 => *last = definition,
-        _ => places.push(definition),
     }
 }
