@@ -1,5 +1,7 @@
 //! The same text in other encodings and with other line ends gives the same scene.
 
+#![allow(clippy::panic, reason = "helpers of tests fail their test")]
+
 mod common;
 
 use common::{Folder, HEAD};

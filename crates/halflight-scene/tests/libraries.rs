@@ -1,5 +1,7 @@
 //! Material libraries as programs write them: what is used, and what is said of the rest.
 
+#![allow(clippy::panic, reason = "helpers of tests fail their test")]
+
 mod common;
 
 use common::Folder;
