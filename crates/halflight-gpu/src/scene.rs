@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use bytemuck::{Pod, Zeroable};
 use halflight_core::scene::{Mesh, SRGB_TO_LINEAR, Scene};
-use halflight_cpu::bvh::Bvh;
+use halflight_cpu::bvh::{Bvh, Crowds};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
@@ -105,10 +105,11 @@ fn hierarchy(mesh: &Mesh, padding: f32) -> CwBvh {
     if mesh.triangles.is_empty() {
         return CwBvh::default();
     }
+    let crowds = Crowds::of(mesh);
     let boxes: Vec<Aabb> = (0..mesh.triangle_count())
         .map(|triangle| {
-            let [a, b, c] = mesh.corners(triangle);
-            Aabb::new((a.min(b).min(c) - padding).into(), (a.max(b).max(c) + padding).into())
+            let (low, high) = crowds.bounds(triangle);
+            Aabb::new((low - padding).into(), (high + padding).into())
         })
         .collect();
     build_cwbvh(&boxes, BvhBuildParams::medium_build(), &mut Duration::default())

@@ -6,6 +6,7 @@
 //! agree hit for hit, whatever the instruction set.
 
 mod bundle;
+mod crowds;
 mod layout;
 mod nearest;
 mod rays;
@@ -21,6 +22,7 @@ use std::time::{Duration, Instant};
 
 use halflight_core::scene::{Mesh, MeshError};
 
+pub use crowds::Crowds;
 pub use rays::BvhRays;
 
 pub(crate) use bundle::{Bundle, RAYS};
