@@ -1,4 +1,4 @@
-//! What the meshes of a scene share while it is loaded.
+//! State that the meshes of a scene share while it is loaded.
 
 use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
@@ -8,10 +8,10 @@ use crate::folders::Folders;
 use crate::mtl::Library;
 use crate::texture::TextureStore;
 
-/// What the renderer can index, and triangle corners in 32 bits; checked before any index could wrap.
+/// Largest number of vertices and of triangles: what the renderer can index, with triangle corners in 32 bits.
 pub(crate) const MAX_COUNT: usize = (u32::MAX / 4) as usize;
 
-/// What the meshes of a scene share while it is loaded.
+/// State that the meshes of a scene share while it is loaded.
 #[derive(Default)]
 pub(crate) struct Context {
     pub(crate) folders: Folders,

@@ -43,9 +43,19 @@
 //! # Ok::<(), halflight_scene::SceneError>(())
 //! ```
 //!
-//! Every fault of a scene file, an OBJ, MTL or PLY file is a [`SceneError`] that names the file and the line or
-//! element. What is merely not supported is said once, in [`LoadReport::warnings`]. Triangles without an area are
-//! dropped and counted; missing normals are computed.
+//! Faults of scene files, and faults of OBJ and PLY files that leave no mesh to show, are [`SceneError`]s that name the file
+//! and the line or element. Whatever else is not supported or left out is said once, in [`LoadReport::warnings`]: bad lines of
+//! MTL files, faces with a position that is not finite, indices of normals or texture coordinates that are not defined, options
+//! of textures. Triangles without an area are dropped and counted; missing normals are computed.
+//!
+//! | file | what is read |
+//! | --- | --- |
+//! | OBJ | `v`, `vt`, `vn`, `f`, `usemtl`, `mtllib`; coordinates in double precision until the transform has been applied |
+//! | MTL | `Kd`, `map_Kd` with `-s` and `-o` |
+//! | PLY | ASCII and binary; `vertex` with positions, normals and texture coordinates, `face` and `tristrips`; colours of faces (whole numbers are sRGB, others linear); textures by comments `TextureFile` |
+//! | images | PNG, JPEG, TGA, BMP of at most 16384 × 16384 texels, kept in sRGB at four bytes a texel |
+//!
+//! Text is UTF-8, with or without a byte order mark, or UTF-16; lines end with LF, CR LF or CR.
 
 mod animation;
 mod bundled;

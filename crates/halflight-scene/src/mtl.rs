@@ -22,7 +22,7 @@ pub(crate) struct Library {
     materials: Vec<Definition>,
 }
 
-/// What a `newmtl` begins.
+/// Material of a library, as its statements define it.
 #[derive(Default)]
 struct Definition {
     name: Vec<u8>,
@@ -165,8 +165,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Says what only all of a material's statements tell: glass is written as a filter with an illumination model that lets
-    /// light through.
+    /// Warns of glass that is written as a filter with an illumination model that lets light through, in whatever order.
     fn end_material(&mut self) {
         let glass = self.materials.last().is_some_and(|material| match material.illumination {
             Some(model @ 4.0..=9.0) => material.filters || ![5.0, 8.0].contains(&model),

@@ -14,7 +14,8 @@ use incidence::Incidence;
 /// 65° keeps a six-sided column round (60° between its faces) and the edges of a box sharp.
 const CREASE_COS: f32 = 0.422_618_26;
 
-/// Points with more faces have them grouped by direction: with each face against each other, their number would count twice.
+/// Largest number of faces at a point that are compared pair by pair. At other points they are grouped by direction, so that
+/// the time stays in proportion to their number.
 const MAX_PAIRED: usize = 128;
 
 /// Cells of a direction along each side of a cube.
@@ -76,7 +77,7 @@ pub(crate) fn compute_missing_normals(mesh: &mut Mesh) -> usize {
 struct Normal {
     vertex: u32,
     normal: Vec3,
-    /// Whether it is the vertex's first, so that it needs no new vertex.
+    /// Set for the vertex's first normal, which needs no new vertex.
     first: bool,
 }
 

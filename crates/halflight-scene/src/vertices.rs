@@ -7,7 +7,7 @@ pub(crate) type Corner = [u32; 3];
 
 const NONE: u32 = u32::MAX;
 
-/// Vertices of a position that are looked through one by one. Those beyond are found by a hash, so that no position is slow.
+/// Number of vertices of a position that are compared one by one. Further ones are found by a hash, so that no position is slow.
 const CHAIN: usize = 16;
 
 /// Vertices in the order in which faces first use them.
@@ -22,7 +22,7 @@ pub(crate) struct Vertices {
 }
 
 impl Vertices {
-    /// Makes place for positions up to `count`.
+    /// Declares that `count` positions are defined.
     pub(crate) fn define(&mut self, count: usize) {
         self.latest.resize(count, NONE);
     }

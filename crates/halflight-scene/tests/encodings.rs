@@ -1,4 +1,4 @@
-//! The same text in other encodings and with other line ends gives the same scene.
+//! Scenes do not depend on the encoding and the line ends of their files.
 
 #![allow(clippy::panic, reason = "helpers of tests fail their test")]
 
@@ -16,7 +16,7 @@ const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\npr
                    element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 const MESHES: &str = "[[mesh]]\nfile = \"a.obj\"\n\n[[mesh]]\nfile = \"a.ply\"\n";
 
-/// All that a triangle is.
+/// Attributes of every triangle's corners, and its albedo.
 fn triangles(mesh: &Mesh) -> Vec<(Vec<[f32; 8]>, Vec3)> {
     let corner = |&vertex: &u32| {
         let vertex = vertex as usize;

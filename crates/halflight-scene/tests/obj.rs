@@ -1,4 +1,4 @@
-//! What OBJ files of all kinds of programs say, and what is left out of them.
+//! OBJ files of all kinds of programs: statements that are used, and statements that are left out.
 
 mod common;
 
@@ -104,6 +104,28 @@ fn comments_colours_and_long_statements_are_read_over() {
     let fault = folder.load_mesh("a.obj", text).unwrap_err();
     let line = 8 + 1 + 2 + long + 2;
     assert!(fault.starts_with(&format!("a.obj:{line}: face refers to vertex 9, but 8")), "{fault}");
+}
+
+#[test]
+fn indices_that_count_back_hold_wherever_a_file_is_cut() {
+    // Some megabytes: several blocks of several chunks, each cut somewhere between these lines.
+    let count = 60_000;
+    let mut text = String::new();
+    for at in 0..count {
+        text.push_str(&format!("v {at} 0 0\nv {at} 1 0\nv {at} 0 1\nvt {at} 0.5\nf -3/-1 -2/-1 -1/-1\n"));
+    }
+    let folder = Folder::new("counting_back");
+    let mesh = folder.load_mesh("a.obj", &text).unwrap().scene.mesh;
+    assert_eq!(mesh.triangle_count(), count);
+    for at in 0..count {
+        let x = at as f32;
+        assert_eq!(mesh.corners(at).map(|corner| corner.x), [x; 3]);
+        assert!(mesh.triangles[at].iter().all(|&vertex| mesh.uvs[vertex as usize].x == x));
+    }
+    text.push_str("\nf -1 -2 -180001\n");
+    let fault = folder.load_mesh("a.obj", &text).unwrap_err();
+    let expected = "a.obj:300002: face refers to vertex -180001, but 180000 are defined";
+    assert!(fault.starts_with(expected), "{fault}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use halflight_core::scene::Mesh;
 /// Triangles at one point from which on they are a crowd.
 const CROWD: u32 = 512;
 
-/// How many triangles meet at each point of a mesh.
+/// Number of triangles that meet at each point of a mesh.
 ///
 /// obvhs joins boxes that are each other's nearest among their neighbours along a curve. Where boxes are equal, as those of
 /// copies of a triangle, or grow steadily along the curve, as around a vertex of many triangles, few are, and building takes

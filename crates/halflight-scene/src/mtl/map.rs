@@ -8,7 +8,7 @@ use crate::context::Context;
 use crate::text::{first_number, first_word, trim};
 use crate::texture;
 
-/// What is applied to texture coordinates: scale, then offset.
+/// Transform of texture coordinates: scale, then offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct UvTransform {
     pub(crate) scale: Vec2,

@@ -1,14 +1,15 @@
 //! Triangle corners by the points they lie at.
 
-use std::collections::HashMap;
+use std::hash::{BuildHasher, RandomState};
 
 use glam::Vec3;
+use halflight_core::hash::fold;
 use halflight_core::scene::Mesh;
 
 /// The triangle corners at every point. Vertices at exactly one position are one point: seams of texture coordinates or
 /// materials are not creases.
 pub(super) struct Incidence {
-    /// Where the corners of each point begin; one entry more than points.
+    /// Place in `corners` at which those of each point begin; one entry more than points.
     starts: Vec<u32>,
     /// Three times the triangle, plus 0, 1 or 2.
     corners: Vec<u32>,
@@ -49,16 +50,29 @@ impl Incidence {
     }
 }
 
-/// The point of every vertex, and the number of points.
+/// The point of every vertex, and the number of points, by a table of vertices at the hash of their position.
 fn weld(positions: &[Vec3]) -> (Vec<u32>, usize) {
-    let mut known = HashMap::with_capacity(positions.len());
-    let point_of = positions
-        .iter()
-        .map(|&position| {
-            let next = known.len() as u32;
-            // Adding zero turns -0 into 0, which is the same place.
-            *known.entry((position + 0.0).to_array().map(f32::to_bits)).or_insert(next)
-        })
-        .collect();
-    (point_of, known.len())
+    const FREE: u32 = u32::MAX;
+    // The result does not depend on the seed; it keeps files from being made so that all hashes are one.
+    let seed = RandomState::new().hash_one(0) as u32;
+    let mut table = vec![FREE; (2 * positions.len()).next_power_of_two()];
+    let mask = table.len() - 1;
+    let mut point_of: Vec<u32> = Vec::with_capacity(positions.len());
+    let mut points = 0;
+    for (vertex, &position) in positions.iter().enumerate() {
+        // Adding zero turns -0 into 0, which is the same place.
+        let hash = (position + 0.0).to_array().map(f32::to_bits).into_iter().fold(seed, fold);
+        let mut place = hash as usize & mask;
+        while table[place] != FREE && positions[table[place] as usize] != position {
+            place = (place + 1) & mask;
+        }
+        if table[place] == FREE {
+            table[place] = vertex as u32;
+            point_of.push(points);
+            points += 1;
+        } else {
+            point_of.push(point_of[table[place] as usize]);
+        }
+    }
+    (point_of, points as usize)
 }

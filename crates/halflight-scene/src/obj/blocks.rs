@@ -14,9 +14,9 @@ const CHUNK: usize = 256 << 10;
 pub(super) struct Blocks<R> {
     reader: R,
     buffer: Vec<u8>,
-    /// Where the next block begins in the buffer.
+    /// Place in the buffer at which the next block begins.
     start: usize,
-    /// Whether nothing was read so far.
+    /// True until something was read.
     fresh: bool,
 }
 

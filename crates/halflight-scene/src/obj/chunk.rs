@@ -29,7 +29,7 @@ pub(super) const POSITION: usize = 0;
 pub(super) const UV: usize = 1;
 pub(super) const NORMAL: usize = 2;
 
-/// How the kinds are called.
+/// Names of the kinds in messages.
 pub(super) const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
 /// An index of a face and where it stands.
@@ -37,7 +37,7 @@ pub(super) const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 pub(super) struct Reference {
     /// As the file has it; below zero it counts back from the line.
     pub(super) index: i64,
-    /// How far it reaches: an index from 1, for those below zero from the chunk's first.
+    /// Index counted from 1: from the file's first, or for indices below zero from the chunk's first.
     pub(super) reach: i64,
     /// The line in the chunk.
     pub(super) line: usize,
@@ -53,7 +53,7 @@ pub(super) struct Naming {
     pub(super) name: Range<usize>,
 }
 
-/// What a piece of a file says. Lines count from 1 in the piece.
+/// Content of a piece of a file. Lines count from 1 in the piece.
 #[derive(Default)]
 pub(super) struct Chunk {
     pub(super) lines: usize,
@@ -79,7 +79,7 @@ pub(super) struct Chunk {
     pub(super) names: Vec<u8>,
     /// The first line of each note.
     pub(super) notes: [Option<usize>; Note::ALL.len()],
-    /// Where and why reading stopped.
+    /// Line and reason of the fault at which reading stopped.
     pub(super) fault: Option<(usize, String)>,
 }
 

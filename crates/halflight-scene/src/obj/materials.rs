@@ -15,7 +15,7 @@ use crate::text::{forms, words};
 /// Materials in use and the faces they begin at.
 pub(super) struct Surfaces {
     pub(super) materials: Vec<Material>,
-    /// What is applied to texture coordinates, one a material.
+    /// Transforms of texture coordinates, one a material.
     pub(super) uvs: Vec<UvTransform>,
     /// Numbers of faces, and the material from there on; the first is 0.
     pub(super) runs: Vec<(usize, u32)>,
@@ -86,7 +86,7 @@ impl Surfaces {
     }
 }
 
-/// What a name of a material means.
+/// Meaning of a material's name.
 enum Meaning<'a> {
     Undefined,
     /// No name: the default material.
@@ -102,7 +102,7 @@ pub(super) struct Definitions {
     exact: HashMap<Vec<u8>, Vec<(usize, usize)>>,
     /// By names without what may be a comment or quotation marks.
     shortened: HashMap<Vec<u8>, Vec<(usize, usize)>>,
-    /// Whether no library is missing.
+    /// False where a library is missing.
     complete: bool,
 }
 

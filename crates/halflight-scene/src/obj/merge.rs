@@ -1,4 +1,4 @@
-//! What the chunks of an OBJ file say, put together.
+//! Content of an OBJ file, put together from its chunks.
 
 use std::collections::HashMap;
 
@@ -18,7 +18,7 @@ pub(super) struct Naming {
     pub(super) name: usize,
 }
 
-/// What a file says. Lines are those of the file.
+/// Content of a file. Lines are those of the file.
 #[derive(Default)]
 pub(super) struct Merged {
     pub(super) lines: usize,
@@ -117,7 +117,7 @@ impl Merged {
         Ok(())
     }
 
-    /// What was left out, each once.
+    /// Returns notes on statements and indices that were left out, each once.
     pub(super) fn notes(&self) -> Vec<String> {
         let notes = Note::ALL.iter().filter_map(|&(note, text)| {
             self.notes[note as usize].map(|line| format!("{text}, first on line {line}"))

@@ -4,7 +4,7 @@ use memchr::memchr2;
 
 use crate::text::{first_word, shown, trim};
 
-/// How numbers are written.
+/// Encoding of numbers.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Format {
     Ascii,
@@ -70,7 +70,7 @@ impl Scalar {
     }
 }
 
-/// What a row of an element has under a name.
+/// Column of an element's rows: a number or a list.
 pub(super) struct Property {
     pub(super) name: String,
     pub(super) scalar: Scalar,
@@ -91,7 +91,7 @@ impl Element {
     }
 }
 
-/// What a file holds, in its order.
+/// Header of a file: format, elements in the order of the file, textures.
 pub(super) struct Header {
     pub(super) format: Format,
     pub(super) elements: Vec<Element>,

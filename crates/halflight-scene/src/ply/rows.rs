@@ -19,7 +19,7 @@ pub(super) const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
 /// Names of texture coordinates of vertices.
 pub(super) const UVS: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
 
-/// What the file says of vertices and faces.
+/// Vertices and faces of a file.
 #[derive(Default)]
 pub(super) struct Rows {
     pub(super) positions: Vec<DVec3>,
@@ -32,14 +32,14 @@ pub(super) struct Rows {
     pub(super) uvs_of_wrong_length: usize,
     /// Numbers of faces, and the look from there on as an index into `looks`; the default one before.
     pub(super) look_runs: Vec<(usize, u32)>,
-    /// What the faces look like; not the default look.
+    /// Looks of faces, each once; the default look is not among them.
     pub(super) looks: Vec<Look>,
     known_looks: HashMap<Look, u32>,
-    /// Whether a colour is transparent.
+    /// Set where a colour is transparent.
     pub(super) transparent: bool,
 }
 
-/// What a face says of its material.
+/// Colour and texture of a face.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub(super) struct Look {
     /// The bits of a linear colour.
@@ -236,7 +236,7 @@ impl Rows {
     }
 }
 
-/// What a property of faces is.
+/// Meaning of a property of faces.
 #[derive(Clone, Copy)]
 enum Role {
     /// The list of vertices, with the type of its count.

@@ -3,7 +3,7 @@
 use super::header::{Format, Property, Scalar};
 use crate::text::{first_number, first_word, shown};
 
-/// Why a number cannot be read.
+/// Reason why a number cannot be read.
 pub(super) enum Fault {
     /// The file ends.
     End,

@@ -107,8 +107,9 @@ fn shuffle<T>(items: &mut [T]) {
     }
 }
 
-/// Puts three points of a triangle first, and first of all the one farthest from the other two's line: beside nothing but a
-/// line, every point is slow. The net keeps a sparser one, and another one still sparser, of which all have the first point. Returns whether there is a triangle.
+/// Moves the corners of a large triangle to the front, first of all the one farthest from the line through the other two.
+/// Locating a point is slow as long as all points before it lie on one line; the hint generator's sparser levels begin with
+/// the first point, too. Returns whether there is such a triangle.
 fn begin_with_a_triangle(order: &mut [usize], point: impl Fn(usize) -> DVec2) -> bool {
     let mut bring = |to: usize, measure: &dyn Fn(DVec2) -> f64| {
         let measures = order.iter().map(|&place| measure(point(place))).enumerate();

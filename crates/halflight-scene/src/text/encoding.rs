@@ -3,7 +3,7 @@
 /// The byte order mark of UTF-8.
 pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// Whether `start`, the first bytes of a text, is read as it stands: UTF-8, or a code that extends ASCII.
+/// Returns whether a text with these first bytes is read as it stands: UTF-8, or a code that extends ASCII.
 pub(crate) fn is_utf8(start: &[u8]) -> bool {
     width(start).is_none()
 }

@@ -93,7 +93,7 @@ fn before_line_end(text: &[u8], at: usize) -> &[u8] {
     if text[at] == b'\n' { before.strip_suffix(b"\r").unwrap_or(before) } else { before }
 }
 
-/// Whether the last line of `text` ends in a backslash and white space.
+/// Returns whether the last line of `text` ends in a backslash and white space.
 fn ends_in_backslash(text: &[u8]) -> bool {
     let last = text.iter().rev().find(|&&byte| byte > b' ' || byte == b'\n' || byte == b'\r');
     last == Some(&b'\\')
