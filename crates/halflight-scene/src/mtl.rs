@@ -2,6 +2,7 @@
 
 mod map;
 
+use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -10,7 +11,7 @@ use glam::Vec3;
 use halflight_core::scene::Material;
 
 use crate::context::Context;
-use crate::text::{Statements, decode, first_number, first_word, keyword_and_rest, numbers, shown};
+use crate::text::{Statements, decode, first_number, first_word, forms, keyword_and_rest, numbers, shown};
 pub(crate) use map::UvTransform;
 
 /// The albedo of a material whose `Kd` is missing; MTL names none.
@@ -20,6 +21,10 @@ const DEFAULT_KD: Vec3 = Vec3::splat(0.8);
 pub(crate) struct Library {
     path: PathBuf,
     materials: Vec<Definition>,
+    /// Materials by name; of two with one name the second.
+    exact: HashMap<Vec<u8>, usize>,
+    /// Materials by their names without what may be a comment or quotation marks; of two the first.
+    shortened: HashMap<Vec<u8>, usize>,
 }
 
 /// Material of a library, as its statements define it.
@@ -34,9 +39,27 @@ struct Definition {
 }
 
 impl Library {
-    /// Names as the file writes them, in its order.
+    fn new(path: &Path, materials: Vec<Definition>) -> Self {
+        let mut library =
+            Self { path: path.to_path_buf(), materials, exact: HashMap::new(), shortened: HashMap::new() };
+        for (index, material) in library.materials.iter().enumerate() {
+            let name = material.name.as_slice();
+            library.exact.insert(name.to_vec(), index);
+            for form in forms(name).into_iter().filter(|form| !form.is_empty() && *form != name) {
+                library.shortened.entry(form.to_vec()).or_insert(index);
+            }
+        }
+        library
+    }
+
+    /// The material of a name: as the library writes it, or shortened.
+    pub(crate) fn find(&self, name: &[u8], shortened: bool) -> Option<usize> {
+        if shortened { self.shortened.get(name) } else { self.exact.get(name) }.copied()
+    }
+
+    /// All names, as the library writes them and shortened.
     pub(crate) fn names(&self) -> impl Iterator<Item = &[u8]> {
-        self.materials.iter().map(|material| material.name.as_slice())
+        self.exact.keys().chain(self.shortened.keys()).map(Vec::as_slice)
     }
 }
 
@@ -62,7 +85,7 @@ pub(crate) fn library(path: &Path, context: &mut Context) -> Option<Rc<Library>>
     }
     reader.end_material();
     let materials = reader.finish();
-    let library = Rc::new(Library { path: path.to_path_buf(), materials });
+    let library = Rc::new(Library::new(path, materials));
     context.libraries.insert(path.to_path_buf(), Rc::clone(&library));
     Some(library)
 }

@@ -34,7 +34,7 @@ impl Surfaces {
     /// first.
     pub(super) fn of(path: &Path, merged: &Merged, definitions: &Definitions, context: &mut Context) -> Self {
         let mut undefined: Vec<(usize, usize)> = Vec::new();
-        let mut meanings: Vec<Option<Meaning<'_>>> = merged.names.iter().map(|_| None).collect();
+        let mut meanings: Vec<Option<Meaning>> = merged.names.iter().map(|_| None).collect();
         let mut used = BTreeMap::new();
         let mut runs = vec![(0, None)];
         for naming in merged.namings.iter().filter(|naming| !naming.library) {
@@ -60,15 +60,16 @@ impl Surfaces {
         let mut surfaces = Self { materials: Vec::new(), uvs: Vec::new(), ..Self::default() };
         for (&definition, material) in &mut used {
             *material = surfaces.materials.len() as u32;
-            let (library, index) = &definitions.all[definition];
-            surfaces.add(mtl::surface(library, *index, context));
+            let (library, index) = definition;
+            surfaces.add(mtl::surface(&definitions.libraries[library].1, index, context));
         }
         let default = surfaces.materials.len() as u32;
         surfaces.add((Material::default(), UvTransform::default()));
-        let material =
-            |definition: Option<usize>| definition.and_then(|at| used.get(&at).copied()).unwrap_or(default);
+        let material = |definition: Option<Definition>| {
+            definition.and_then(|at| used.get(&at).copied()).unwrap_or(default)
+        };
         surfaces.runs = runs.into_iter().map(|(face, definition)| (face, material(definition))).collect();
-        if let Some(&(name, line)) = undefined.first().filter(|_| definitions.complete) {
+        if let Some(&(name, line)) = undefined.first().filter(|_| !definitions.incomplete) {
             let (path, name) = (path.display(), crate::text::shown(&merged.names[name]));
             context.warn(match undefined.len() {
                 1 => format!("{path}: material `{name}` on line {line} is not defined; grey is used instead"),
@@ -86,88 +87,92 @@ impl Surfaces {
     }
 }
 
+/// A library, by its number, and a material of it.
+type Definition = (usize, usize);
+
 /// Meaning of a material's name.
-enum Meaning<'a> {
+enum Meaning {
     Undefined,
     /// No name: the default material.
     Default,
     /// For every library that defines it, the line that names the library, and the definition.
-    Defined(&'a [(usize, usize)]),
+    Defined(Vec<(usize, Definition)>),
 }
+
+/// Number of libraries that are searched one by one. More have an index by name, which files that share a large library can do
+/// without.
+const FEW: usize = 4;
 
 /// The materials of all libraries of a file.
+#[derive(Default)]
 pub(super) struct Definitions {
-    all: Vec<(Rc<Library>, usize)>,
-    libraries: HashSet<PathBuf>,
-    exact: HashMap<Vec<u8>, Vec<(usize, usize)>>,
-    /// By names without what may be a comment or quotation marks.
-    shortened: HashMap<Vec<u8>, Vec<(usize, usize)>>,
-    /// False where a library is missing.
-    complete: bool,
-}
-
-impl Default for Definitions {
-    fn default() -> Self {
-        Self {
-            all: Vec::new(),
-            libraries: HashSet::new(),
-            exact: HashMap::new(),
-            shortened: HashMap::new(),
-            complete: true,
-        }
-    }
+    /// Libraries and the lines that name them.
+    libraries: Vec<(usize, Rc<Library>)>,
+    /// Numbers of the libraries that know a name.
+    by_name: HashMap<Vec<u8>, Vec<usize>>,
+    /// Set where a library is missing.
+    incomplete: bool,
 }
 
 impl Definitions {
     /// Loads the libraries of the file at `path`.
     pub(super) fn of(path: &Path, merged: &Merged, context: &mut Context) -> Self {
         let mut definitions = Self::default();
-        for naming in merged.namings.iter().filter(|naming| naming.library) {
-            definitions.load(path, &merged.names[naming.name], naming.line, context);
-        }
-        definitions
-    }
-
-    fn meaning(&self, name: &[u8]) -> Meaning<'_> {
-        let forms = forms(name);
-        let found = forms.iter().find_map(|form| self.exact.get(*form).or_else(|| self.shortened.get(*form)));
-        match found {
-            Some(places) => Meaning::Defined(places),
-            None if forms.last().is_none_or(|form| form.is_empty()) => Meaning::Default,
-            None => Meaning::Undefined,
-        }
-    }
-
-    /// Loads the libraries that the `mtllib` on `line` names.
-    fn load(&mut self, path: &Path, names: &[u8], line: usize, context: &mut Context) {
+        let mut known = HashSet::new();
         let folder = path.parent().unwrap_or(Path::new(""));
-        for found in self.find(path, folder, names, context) {
-            if !self.libraries.insert(found.clone()) {
-                continue;
-            }
-            let Some(library) = mtl::library(&found, context) else {
-                self.complete = false;
-                continue;
-            };
-            let first = self.all.len();
-            for (index, name) in library.names().enumerate() {
-                let definition = self.all.len();
-                self.all.push((Rc::clone(&library), index));
-                let places = self.exact.entry(name.to_vec()).or_default();
-                match places.last_mut() {
-                    // Of two in one library the second counts, of two libraries on one line the first.
-                    Some((_, known)) if *known >= first => *known = definition,
-                    Some((known, _)) if *known == line => {}
-                    _ => places.push((line, definition)),
-                }
-                for form in forms(name).into_iter().filter(|form| !form.is_empty() && *form != name) {
-                    let places = self.shortened.entry(form.to_vec()).or_default();
-                    if places.last().is_none_or(|&(known, _)| known != line) {
-                        places.push((line, definition));
+        for naming in merged.namings.iter().filter(|naming| naming.library) {
+            for found in definitions.find(path, folder, &merged.names[naming.name], context) {
+                if known.insert(found.clone()) {
+                    match mtl::library(&found, context) {
+                        Some(library) => definitions.libraries.push((naming.line, library)),
+                        None => definitions.incomplete = true,
                     }
                 }
             }
         }
+        if definitions.libraries.len() > FEW {
+            for (number, (_, library)) in definitions.libraries.iter().enumerate() {
+                for name in library.names() {
+                    definitions.by_name.entry(name.to_vec()).or_default().push(number);
+                }
+            }
+        }
+        definitions
+    }
+
+    fn meaning(&self, name: &[u8]) -> Meaning {
+        let forms = forms(name);
+        for form in &forms {
+            for shortened in [false, true] {
+                let places = self.places(form, shortened);
+                if !places.is_empty() {
+                    return Meaning::Defined(places);
+                }
+            }
+        }
+        match forms.last() {
+            Some(form) if !form.is_empty() => Meaning::Undefined,
+            _ => Meaning::Default,
+        }
+    }
+
+    /// The definitions of a name and the lines of their libraries; of several on one line the first.
+    fn places(&self, name: &[u8], shortened: bool) -> Vec<(usize, Definition)> {
+        let few: [usize; FEW] = std::array::from_fn(|number| number);
+        let numbers = if self.libraries.len() <= FEW {
+            &few[..self.libraries.len()]
+        } else {
+            self.by_name.get(name).map_or(&[][..], Vec::as_slice)
+        };
+        let mut places: Vec<(usize, Definition)> = Vec::new();
+        for &number in numbers {
+            let (line, library) = &self.libraries[number];
+            let found = library.find(name, shortened);
+            if let Some(index) = found.filter(|_| places.last().is_none_or(|(known, _)| known != line)) {
+                places.push((*line, (number, index)));
+            }
+        }
+        places
     }
 
     /// The libraries that `names` means: one file, or several with spaces between them.
@@ -188,7 +193,7 @@ impl Definitions {
                 .find(folder, &wanted)
                 .or_else(|| last.and_then(|last| context.folders.find(folder, last)));
             if library.is_none() {
-                self.complete = false;
+                self.incomplete = true;
                 let (path, name, folder) = (path.display(), crate::text::shown(name), shown(folder));
                 context.warn(format!(
                     "{path}: material library `{name}` is missing in {folder}; grey is used instead"
