@@ -81,5 +81,11 @@ fn bilinear(material: Material, uv: vec2<f32>) -> vec3<f32> {
 }
 
 fn texel(material: Material, at: vec2<u32>) -> vec3<f32> {
-    return textures[material.texels + at.y * material.size.x + at.x].xyz;
+    let channels = textures[material.texels + at.y * material.size.x + at.x];
+    return vec3(linear(channels), linear(channels >> 8u), linear(channels >> 16u));
+}
+
+// The linear value of the lowest byte, by the table before the texels.
+fn linear(channel: u32) -> f32 {
+    return bitcast<f32>(textures[channel & 0xffu]);
 }

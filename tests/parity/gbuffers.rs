@@ -1,8 +1,10 @@
 //! What pixels see.
 
 use halflight::gbuffer::NO_PRIMITIVE;
-use halflight::glam::Vec3;
+use halflight::glam::{Vec2, Vec3};
 use halflight::irradiance::Shading;
+use halflight::scene::{Material, Scene, Texture};
+use halflight_tests::{Stage, blocker_over_floor};
 
 use crate::device::Bench;
 use crate::scenes::{SCENES, Twins, full};
@@ -51,4 +53,50 @@ fn pixels_see_the_same_triangles() {
         // of it. Every pixel but few is farther from all outlines.
         assert!(others * 200 < 160 * 120, "{scene}: {others}");
     }
+}
+
+#[test]
+fn textures_are_decoded_and_placed_alike() {
+    let Some(bench) = Bench::open() else { return };
+    // All values of a channel on the floor, repeated, and another texture behind it on the blocker.
+    let texel = |index: u32| [index as u8, 255 - index as u8, (index * 7) as u8, 9];
+    let texture = |width, height: u32, first: u32| Texture {
+        width,
+        height,
+        texels: (first..first + width * height).map(texel).collect(),
+    };
+    let mut scene: Scene = blocker_over_floor();
+    let mesh = &mut scene.mesh;
+    mesh.textures = vec![texture(32, 8, 0), texture(3, 2, 100)];
+    mesh.materials = vec![
+        Material { albedo: Vec3::ONE, texture: Some(0) },
+        Material { albedo: Vec3::new(0.5, 1.0, 0.25), texture: Some(1) },
+    ];
+    mesh.material_ids = vec![0, 0, 1, 1];
+    let place = |position: &Vec3| Vec2::new(position.x * 0.13, position.z * 0.21 - 7.3);
+    mesh.uvs = mesh.positions.iter().map(place).collect();
+    let config = full(160, 120, Shading::Ratio);
+    let mut twins = Twins::of(&bench, Stage::new(scene).unwrap(), &config, false);
+    // A unit in the last place of a texture coordinate of 8, times 32 texels from black to white.
+    assert!(albedo_off(&bench, &twins) < 1e-3);
+    twins.alter(&bench, &config, ["resolve", "linear(channels >> 8u)", "linear(channels)"]);
+    assert!(albedo_off(&bench, &twins) > 0.1);
+}
+
+/// By how much albedos differ where both sides see the same triangle.
+fn albedo_off(bench: &Bench, twins: &Twins) -> f32 {
+    let found: Vec<[f32; 4]> = bench.read(twins.gpu.albedo());
+    let normal: Vec<[u32; 4]> = bench.read(twins.gpu.normal());
+    let gbuffer = twins.cpu.gbuffer();
+    let seen: Vec<usize> = (0..gbuffer.pixels())
+        .filter(|&pixel| {
+            gbuffer.primitive[pixel] != NO_PRIMITIVE && normal[pixel][3] == gbuffer.primitive[pixel]
+        })
+        .collect();
+    assert!(seen.len() > gbuffer.pixels() / 2);
+    let off = |pixel: usize| {
+        let [r, g, b, _] = found[pixel];
+        (Vec3::new(r, g, b) - gbuffer.albedo[pixel]).abs().max_element()
+    };
+    seen.into_iter().map(off).fold(0.0, f32::max)
 }

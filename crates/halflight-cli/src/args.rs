@@ -86,13 +86,13 @@ const DEVICES: &[&str] = if cfg!(feature = "gpu") { &["cpu", "gpu"] } else { &["
 
 #[derive(Debug, Args)]
 pub(crate) struct SceneArg {
-    /// A bundled scene (see `halflight scenes`) or the path of a scene file.
+    /// A bundled scene (see `halflight scenes`) or the path of a scene file; - reads one from standard input.
     pub(crate) scene: String,
 }
 
 #[derive(Clone, Debug, Args)]
 pub(crate) struct Render {
-    /// A bundled scene (see `halflight scenes`) or the path of a scene file.
+    /// A bundled scene (see `halflight scenes`) or the path of a scene file; - reads one from standard input.
     #[arg(required_unless_present = "print_config")]
     pub(crate) scene: Option<String>,
     #[command(flatten)]

@@ -34,6 +34,7 @@ pub(crate) fn load(name_or_path: &str) -> Result<Ready, Box<dyn std::error::Erro
 /// A scene's name for files: a bundled name, or the scene file's without its ending.
 pub(crate) fn stem(name_or_path: &str) -> String {
     let path = Path::new(name_or_path);
+    // Standard input has no name.
     let stem = path.file_stem().filter(|_| name_or_path != "-");
     stem.map_or_else(|| "image".to_owned(), |stem| stem.to_string_lossy().into_owned())
 }

@@ -1,5 +1,7 @@
 //! What is rendered: triangles with materials, parallelogram lights and a camera, all in world space.
 
+use std::sync::LazyLock;
+
 use glam::{Vec2, Vec3};
 
 use crate::light::AreaLight;
@@ -62,15 +64,34 @@ impl Default for Material {
     }
 }
 
-/// A texture of linear RGB texels, row by row from the top.
+/// A texture of 8-bit sRGB texels, row by row from the top. They are decoded where they are looked up, so that a texture
+/// takes four bytes a texel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     /// Width in texels.
     pub width: u32,
     /// Height in texels.
     pub height: u32,
-    /// `width * height` linear RGB texels.
-    pub texels: Vec<Vec3>,
+    /// `width * height` texels: red, green and blue in sRGB, and a fourth byte that is not used.
+    pub texels: Vec<[u8; 4]>,
+}
+
+/// Linear values of the 256 values of an sRGB channel (IEC 61966-2-1).
+pub static SRGB_TO_LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|encoded| {
+        let value = encoded as f64 / 255.0;
+        let linear = if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
+        linear as f32
+    })
+});
+
+impl Texture {
+    /// Linear RGB of the texel at `index`, row by row from the top; white where there is none.
+    #[inline]
+    pub fn linear(&self, index: usize) -> Vec3 {
+        let decode = |channel: u8| SRGB_TO_LINEAR[usize::from(channel)];
+        self.texels.get(index).map_or(Vec3::ONE, |&[r, g, b, _]| Vec3::new(decode(r), decode(g), decode(b)))
+    }
 }
 
 /// A pinhole camera.

@@ -211,9 +211,7 @@ fn bilinear(texture: &Texture, uv: Vec2) -> Vec3 {
         (((low as i64).rem_euclid(size.max(1) as i64)) as usize, if at.is_finite() { at - low } else { 0.0 })
     };
     let ((x, fx), (y, fy)) = (place(uv.x, width), place(1.0 - uv.y, height));
-    let texel = |x: usize, y: usize| {
-        texture.texels.get((y % height) * width + x % width).copied().unwrap_or(Vec3::ONE)
-    };
+    let texel = |x: usize, y: usize| texture.linear((y % height) * width + x % width);
     if texture.texels.is_empty() || width == 0 || height == 0 {
         return Vec3::ONE;
     }
@@ -375,7 +373,7 @@ mod tests {
 
     #[test]
     fn textures_repeat_and_have_their_origin_below() {
-        let texels = vec![Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE];
+        let texels = vec![[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255; 4]];
         let texture = Texture { width: 2, height: 2, texels };
         // Texel centres: the first texel is the upper left one.
         for (u, v, expected) in [(0.25, 0.75, Vec3::X), (0.75, 0.75, Vec3::Y), (0.25, 0.25, Vec3::Z)] {
@@ -394,8 +392,10 @@ mod tests {
     fn albedo_is_the_material_times_the_texture() {
         let mut scene = hall_scene();
         scene.mesh.materials = vec![Material { albedo: Vec3::new(0.5, 1.0, 0.25), texture: Some(0) }];
-        scene.mesh.textures = vec![Texture { width: 1, height: 1, texels: vec![Vec3::new(0.5, 0.5, 1.0)] }];
+        scene.mesh.textures = vec![Texture { width: 1, height: 1, texels: vec![[128, 0, 255, 0]] }];
         let out = traced(&scene, 4, 4, Isa::best());
-        assert!(out.albedo.iter().all(|&albedo| albedo == Vec3::new(0.25, 0.5, 0.25)));
+        // sRGB 128 by hand (IEC 61966-2-1), to seven digits.
+        let expected = Vec3::new(0.5 * 0.215_860_5, 0.0, 0.25);
+        assert!(out.albedo.iter().all(|&albedo| albedo.abs_diff_eq(expected, 1e-7)));
     }
 }

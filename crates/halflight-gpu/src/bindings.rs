@@ -33,8 +33,8 @@ slots! {
     Materials: materials = "array<Material>",
     /// Texture coordinates, three a triangle.
     Uvs: uvs = "array<vec2<f32>>",
-    /// All textures, texel by texel.
-    Textures: textures = "array<vec4<f32>>",
+    /// Linear values of the 256 values of a channel, then all textures, texel by texel, red in the lowest byte.
+    Textures: textures = "array<u32>",
     /// Triangles that pixels see, by their place among [`Slot::Triangles`].
     Ids: ids = "texture_2d<u32>",
     /// Points and depths.

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
-use halflight_core::scene::{Mesh, Scene};
+use halflight_core::scene::{Mesh, SRGB_TO_LINEAR, Scene};
+use halflight_cpu::bvh::Crowds;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
@@ -101,10 +101,11 @@ fn hierarchy(mesh: &Mesh, padding: f32) -> CwBvh {
     if mesh.triangles.is_empty() {
         return CwBvh::default();
     }
+    let crowds = Crowds::of(mesh);
     let boxes: Vec<Aabb> = (0..mesh.triangle_count())
         .map(|triangle| {
-            let [a, b, c] = mesh.corners(triangle);
-            Aabb::new((a.min(b).min(c) - padding).into(), (a.max(b).max(c) + padding).into())
+            let (low, high) = crowds.bounds(triangle);
+            Aabb::new((low - padding).into(), (high + padding).into())
         })
         .collect();
     build_cwbvh(&boxes, BvhBuildParams::medium_build(), &mut Duration::default())
@@ -134,14 +135,18 @@ fn corners(mesh: &Mesh, triangle: u32) -> [[f32; 4]; 3] {
     [a.extend(normal.x), b.extend(normal.y), c.extend(normal.z)].map(|corner| corner.to_array())
 }
 
-fn materials(mesh: &Mesh) -> (Vec<GpuMaterial>, Vec<[f32; 4]>) {
+/// Materials, and texels behind the table that decodes their channels: the bits of 256 linear values, those of the CPU.
+fn materials(mesh: &Mesh) -> (Vec<GpuMaterial>, Vec<u32>) {
     let mut places = Vec::with_capacity(mesh.textures.len());
     let mut texels = Vec::new();
+    if !mesh.textures.is_empty() {
+        texels.extend(SRGB_TO_LINEAR.iter().map(|value| value.to_bits()));
+    }
     for texture in &mesh.textures {
         let whole = (texture.width as usize * texture.height as usize).min(texture.texels.len());
         let usable = whole > 0 && whole == texture.width as usize * texture.height as usize;
         places.push(if usable { texels.len() as u32 } else { NONE });
-        texels.extend(texture.texels.iter().take(whole).map(|texel| Vec3::extend(*texel, 1.0).to_array()));
+        texels.extend(texture.texels.iter().take(whole).map(|&texel| u32::from_le_bytes(texel)));
     }
     let materials = mesh.materials.iter().map(|material| {
         let texture = material.texture.map(|index| index as usize);

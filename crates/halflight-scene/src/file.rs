@@ -197,10 +197,10 @@ fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {
 fn read_transform(mut section: Section<'_>) -> Result<Transform, SceneError> {
     section.allow(&["translate", "rotate_deg", "scale"])?;
     let mut transform = Transform::default();
-    if let Some(translate) = section.vector("translate")? {
+    if let Some(translate) = section.double_vector("translate")? {
         transform.translate = translate.value;
     }
-    if let Some(rotate) = section.vector("rotate_deg")? {
+    if let Some(rotate) = section.double_vector("rotate_deg")? {
         transform.rotate_deg = rotate.value;
     }
     if let Some(scale) = section.number_or_vector("scale")? {

@@ -43,26 +43,44 @@
 //! # Ok::<(), halflight_scene::SceneError>(())
 //! ```
 //!
-//! Every fault of a scene file, an OBJ, MTL or PLY file is a [`SceneError`] that names the file and the line or
-//! element. What is merely not supported is said once, in [`LoadReport::warnings`]. Triangles without an area are
-//! dropped and counted; missing normals are computed.
+//! Faults of scene files, and faults of OBJ and PLY files that leave no mesh to show, are [`SceneError`]s that name the file
+//! and the line or element. Whatever else is not supported or left out is said once, in [`LoadReport::warnings`]: bad lines of
+//! MTL files, faces with a position that is not finite, indices of normals or texture coordinates that are not defined, options
+//! of textures. Triangles without an area are dropped and counted; missing normals are computed.
+//!
+//! | file | what is read |
+//! | --- | --- |
+//! | OBJ | `v`, `vt`, `vn`, `f`, `usemtl`, `mtllib`; coordinates in double precision until the transform has been applied |
+//! | MTL | `Kd`, `map_Kd` with `-s` and `-o` |
+//! | PLY | ASCII and binary; `vertex` with positions, normals and texture coordinates, `face` and `tristrips`; colours of faces (whole numbers are sRGB, others linear); textures by comments `TextureFile` |
+//! | images | PNG, JPEG, TGA, BMP of at most 16384 × 16384 texels, kept in sRGB at four bytes a texel |
+//!
+//! Text is UTF-8, with or without a byte order mark, or UTF-16; lines end with LF, CR LF or CR.
 
 mod animation;
 mod bundled;
 mod clean;
+mod context;
 mod error;
+mod faces;
 mod file;
+mod folders;
 pub mod generate;
 mod load;
+mod model;
 mod mtl;
+mod normals;
 mod obj;
 mod ply;
 mod polygon;
 mod report;
 mod section;
+mod text;
 mod texture;
 mod transform;
+mod vertices;
 
+use std::io::Read;
 use std::path::Path;
 
 use halflight_core::scene::Scene;
@@ -83,14 +101,37 @@ pub struct Loaded {
     pub report: LoadReport,
 }
 
-/// Loads the scene file at `path`.
+/// Loads the scene file at `path`. Paths in it are relative to its folder; where it is a pipe, a terminal or anything else below
+/// `/dev` or `/proc`, to the current one.
 ///
 /// # Errors
 /// Any [`SceneError`] but [`SceneError::UnknownScene`].
 pub fn load(path: &Path) -> Result<Loaded, SceneError> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|source| SceneError::Read { path: path.to_path_buf(), source })?;
-    load::load(&text, &path.display().to_string(), path.parent().unwrap_or(Path::new("")))
+    let unreadable = |source| SceneError::Read { path: path.to_path_buf(), source };
+    let bytes = std::fs::read(path).map_err(unreadable)?;
+    let plain = path.is_file() && !["/dev", "/proc"].iter().any(|folder| path.starts_with(folder));
+    let folder = path.parent().filter(|_| plain).unwrap_or(Path::new(""));
+    load_bytes(bytes, &path.display().to_string(), folder)
+}
+
+/// Loads the scene file that standard input gives. Paths in it are relative to the current folder.
+fn load_standard_input() -> Result<Loaded, SceneError> {
+    let mut bytes = Vec::new();
+    std::io::stdin()
+        .lock()
+        .read_to_end(&mut bytes)
+        .map_err(|source| SceneError::Read { path: "standard input".into(), source })?;
+    load_bytes(bytes, "standard input", Path::new(""))
+}
+
+fn load_bytes(bytes: Vec<u8>, name: &str, folder: &Path) -> Result<Loaded, SceneError> {
+    let text = String::from_utf8(text::decode(bytes)).map_err(|fault| {
+        let read = &fault.as_bytes()[..fault.utf8_error().valid_up_to()];
+        let line = 1 + read.iter().filter(|&&byte| byte == b'\n').count();
+        let message = "not valid TOML: the text is not UTF-8".to_string();
+        SceneError::Invalid { file: name.to_string(), place: Place::Line(line), message }
+    })?;
+    load::load(&text, name, folder)
 }
 
 /// Loads the bundled scene `name`, one of [`bundled`].
@@ -102,16 +143,20 @@ pub fn load_bundled(name: &str) -> Result<Loaded, SceneError> {
     load::load(text, &format!("{name}.toml"), Path::new(""))
 }
 
-/// Loads `name_or_path`: a bundled scene, or else a scene file.
+/// Loads `name_or_path`: a bundled scene, `-` for standard input, or else a scene file, which may be a pipe.
 ///
 /// # Errors
-/// [`SceneError::UnknownScene`] where it is neither, and whatever [`load`] finds.
+/// [`SceneError::UnknownScene`] where it is none of them, and whatever [`load`] finds.
 pub fn resolve(name_or_path: &str) -> Result<Loaded, SceneError> {
     if bundled::text(name_or_path).is_some() {
         return load_bundled(name_or_path);
     }
     let path = Path::new(name_or_path);
-    if path.is_file() { load(path) } else { Err(unknown(name_or_path)) }
+    match name_or_path {
+        "-" => load_standard_input(),
+        _ if path.exists() => load(path),
+        _ => Err(unknown(name_or_path)),
+    }
 }
 
 /// Loads the scene that `text` describes. Faults call it `name`; paths in it are relative to `folder`.

@@ -1,37 +1,53 @@
 //! From a checked scene file to one world-space mesh.
 
-use std::path::Path;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
 use halflight_core::scene::{Material, Mesh, Scene};
 
-use crate::clean::{compute_missing_normals, drop_zero_area};
+use crate::clean::drop_zero_area;
+use crate::context::{Context, MAX_COUNT};
 use crate::error::SceneError;
 use crate::file::{MeshEntry, Origin, SceneFile};
 use crate::generate::{GenerateError, generate};
+use crate::model::ModelMesh;
+use crate::normals::compute_missing_normals;
 use crate::report::{LoadReport, MeshReport};
-use crate::section::Source;
-use crate::texture::TextureStore;
+use crate::section::{Source, line_ends};
+use crate::transform::Transform;
 use crate::{Loaded, obj, ply};
-
-/// What the renderer can index, and triangle corners in 32 bits; checked before any index could wrap.
-const MAX_COUNT: usize = (u32::MAX / 4) as usize;
 
 /// Loads the scene that `text` describes; `name` is what faults call it.
 pub(crate) fn load(text: &str, name: &str, folder: &Path) -> Result<Loaded, SceneError> {
-    let source = Source { name, text };
+    // What old editors and systems put around a text.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text).trim_end_matches(['\0', '\u{1a}']);
+    let with_line_feeds;
+    let text = if text.contains('\n') {
+        text
+    } else {
+        with_line_feeds = text.replace('\r', "\n");
+        &with_line_feeds
+    };
+    let line_ends = line_ends(text);
+    let source = Source { name, text, line_ends: &line_ends };
     let file = SceneFile::parse(source)?;
-    let mut textures = TextureStore::default();
+    let mut files = Files::new(&file.meshes, folder);
+    let mut context = Context::default();
     let mut report = LoadReport::default();
     let mut all = Mesh::default();
     let mut vertices = Vec::with_capacity(file.meshes.len());
     for entry in file.meshes {
-        let (mesh, mesh_report) = load_mesh(entry, source, folder, &mut textures, &mut report)?;
+        let (mesh, mesh_report) = load_mesh(entry, source, folder, &mut files, &mut context)?;
         let first = all.positions.len();
         append(&mut all, mesh);
         vertices.push(first..all.positions.len());
         report.meshes.push(mesh_report);
+        if all.positions.len().max(all.triangles.len()) > MAX_COUNT {
+            break;
+        }
     }
-    all.textures = textures.textures;
+    report.warnings = context.warnings;
+    all.textures = context.textures.textures;
     let fault = |source| SceneError::Mesh { file: name.to_string(), source };
     all.validate().map_err(fault)?;
     let animation = file.animation.map(|entry| entry.place(source, &file.lights, &all, &vertices));
@@ -40,20 +56,62 @@ pub(crate) fn load(text: &str, name: &str, folder: &Path) -> Result<Loaded, Scen
     Ok(Loaded { scene, animation, report })
 }
 
-/// One mesh in world space, clean. Its textures are in `textures`.
+/// The mesh files of a scene, each read once.
+struct Files {
+    /// For every path, how many entries have not used it, and whether one of them shows its colours.
+    uses: HashMap<PathBuf, (usize, bool)>,
+    /// Meshes that another entry will use.
+    kept: HashMap<PathBuf, ModelMesh>,
+}
+
+impl Files {
+    fn new(entries: &[MeshEntry], folder: &Path) -> Self {
+        let mut uses: HashMap<PathBuf, (usize, bool)> = HashMap::new();
+        for entry in entries {
+            if let Origin::File(file, _) = &entry.origin {
+                let (count, colours) = uses.entry(folder.join(file)).or_default();
+                *count += 1;
+                *colours |= entry.albedo.is_none();
+            }
+        }
+        Self { uses, kept: HashMap::new() }
+    }
+
+    /// The mesh of the file at `path`; `line` is where the scene names it.
+    fn take(
+        &mut self,
+        path: &Path,
+        line: usize,
+        scene: Source<'_>,
+        context: &mut Context,
+    ) -> Result<ModelMesh, SceneError> {
+        let (count, colours) = self.uses.get_mut(path).map_or((0, true), |(count, colours)| {
+            *count = count.saturating_sub(1);
+            (*count, *colours)
+        });
+        let mesh = match self.kept.remove(path) {
+            Some(mesh) => mesh,
+            None => read_file(path, line, scene, colours, context)?,
+        };
+        if count > 0 {
+            self.kept.insert(path.to_path_buf(), mesh.clone());
+        }
+        Ok(mesh)
+    }
+}
+
+/// One mesh in world space, clean. Its textures are those of `context`.
 fn load_mesh(
     entry: MeshEntry,
     scene: Source<'_>,
     folder: &Path,
-    textures: &mut TextureStore,
-    report: &mut LoadReport,
+    files: &mut Files,
+    context: &mut Context,
 ) -> Result<(Mesh, MeshReport), SceneError> {
-    let colours = entry.albedo.is_none();
     let (mut mesh, source) = match entry.origin {
         Origin::File(file, line) => {
-            let path = folder.join(&file);
-            let mesh = read_file(&path, line, scene, colours, textures, report)?;
-            (mesh, file.display().to_string())
+            let mesh = files.take(&folder.join(&file), line, scene, context)?;
+            (entry.transform.place(mesh), file.display().to_string())
         }
         Origin::Generator { name, line, parameters, lines } => {
             let mut mesh = generate(&name, parameters).map_err(|fault| {
@@ -66,11 +124,13 @@ fn load_mesh(
                 scene.fault(line, format!("[[mesh]] {fault}"))
             })?;
             mesh.validate().map_err(|source| SceneError::Mesh { file: scene.name.to_string(), source })?;
-            let first = textures.textures.len() as u32;
-            textures.textures.append(&mut mesh.textures);
+            let textures = &mut context.textures.textures;
+            let first = textures.len() as u32;
+            textures.append(&mut mesh.textures);
             for texture in mesh.materials.iter_mut().filter_map(|material| material.texture.as_mut()) {
                 *texture += first;
             }
+            entry.transform.apply(&mut mesh);
             (mesh, name)
         }
     };
@@ -82,10 +142,14 @@ fn load_mesh(
         mesh.materials = vec![Material { albedo, texture: None }];
         mesh.material_ids.fill(0);
     }
-    entry.transform.apply(&mut mesh);
-    if let Some(vertex) = mesh.positions.iter().position(|position| !position.is_finite()) {
-        let message =
-            format!("[[mesh]] transform moves vertex {vertex} of `{source}` out of the range of f32");
+    let finite = mesh.positions.iter().all(|position| position.is_finite());
+    let mut used = mesh.triangles.as_flattened().iter();
+    if !finite && let Some(vertex) = used.find(|&&vertex| !mesh.positions[vertex as usize].is_finite()) {
+        let message = if entry.transform == Transform::default() {
+            format!("[[mesh]] vertex {vertex} of `{source}` is out of the range of f32")
+        } else {
+            format!("[[mesh]] transform moves vertex {vertex} of `{source}` out of the range of f32")
+        };
         return Err(scene.fault(entry.line, message));
     }
     let zero_area_dropped = drop_zero_area(&mut mesh);
@@ -104,13 +168,12 @@ fn read_file(
     line: usize,
     scene: Source<'_>,
     colours: bool,
-    textures: &mut TextureStore,
-    report: &mut LoadReport,
-) -> Result<Mesh, SceneError> {
+    context: &mut Context,
+) -> Result<ModelMesh, SceneError> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     let mesh = match ending.as_deref() {
-        Some("obj") => obj::read(path, colours, textures, report),
-        Some("ply") => ply::read(path, report),
+        Some("obj") => obj::read(path, colours, context),
+        Some("ply") => ply::read(path, colours, context),
         _ => {
             let message =
                 format!("[[mesh]] file `{}` is of an unknown kind, expected .obj or .ply", path.display());

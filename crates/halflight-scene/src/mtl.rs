@@ -1,113 +1,252 @@
 //! Material libraries (MTL).
 
+mod map;
+
+use std::collections::HashMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use glam::Vec3;
 use halflight_core::scene::Material;
 
-use crate::error::{Place, SceneError};
-use crate::report::LoadReport;
-use crate::texture::TextureStore;
+use crate::context::Context;
+use crate::text::{Statements, decode, first_number, first_word, forms, keyword_and_rest, numbers, shown};
+pub(crate) use map::UvTransform;
 
 /// The albedo of a material whose `Kd` is missing; MTL names none.
 const DEFAULT_KD: Vec3 = Vec3::splat(0.8);
 
-/// Reads the library at `path` with tobj, which gets only the statements that are used here, and those well formed:
-/// it panics on a `Kd` of fewer than three numbers, and one fault would lose the whole library.
-pub(crate) fn read(path: &Path, report: &mut LoadReport) -> Result<Vec<tobj::Material>, SceneError> {
-    let bytes = fs::read(path).map_err(|source| SceneError::Read { path: path.to_path_buf(), source })?;
-    // Names in old files are not always UTF-8.
-    let text = String::from_utf8_lossy(&bytes);
-    let mut statements = String::new();
-    for (index, line) in text.lines().enumerate() {
-        let line = line.trim();
-        let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
-        let rest = rest.trim();
-        let fault = |message: String| SceneError::invalid(path, Place::Line(index + 1), message);
-        let numbers =
-            || rest.split_whitespace().map(|word| word.parse().ok().filter(|n: &f32| n.is_finite()));
-        match keyword.to_ascii_lowercase().as_str() {
-            "newmtl" if rest.is_empty() => {
-                return Err(fault("newmtl without a name; expected: newmtl NAME".to_string()));
+/// The materials of a file.
+pub(crate) struct Library {
+    path: PathBuf,
+    materials: Vec<Definition>,
+    /// Materials by name; of two with one name the second.
+    exact: HashMap<Vec<u8>, usize>,
+    /// Materials by their names without what may be a comment or quotation marks; of two the first.
+    shortened: HashMap<Vec<u8>, usize>,
+}
+
+/// Material of a library, as its statements define it.
+#[derive(Default)]
+struct Definition {
+    name: Vec<u8>,
+    kd: Option<Vec3>,
+    /// The arguments of `map_Kd`.
+    map: Option<Vec<u8>>,
+    illumination: Option<f64>,
+    filters: bool,
+}
+
+impl Library {
+    fn new(path: &Path, materials: Vec<Definition>) -> Self {
+        let mut library =
+            Self { path: path.to_path_buf(), materials, exact: HashMap::new(), shortened: HashMap::new() };
+        for (index, material) in library.materials.iter().enumerate() {
+            let name = material.name.as_slice();
+            library.exact.insert(name.to_vec(), index);
+            for form in forms(name).into_iter().filter(|form| !form.is_empty() && *form != name) {
+                library.shortened.entry(form.to_vec()).or_insert(index);
             }
-            "newmtl" => statements.push_str(&format!("newmtl {rest}\n")),
-            "kd" if rest.starts_with("spectral") || rest.starts_with("xyz") => {
-                report.warn(format!("{}: `Kd {rest}` is not supported, only RGB", path.display()));
+        }
+        library
+    }
+
+    /// The material of a name: as the library writes it, or shortened.
+    pub(crate) fn find(&self, name: &[u8], shortened: bool) -> Option<usize> {
+        if shortened { self.shortened.get(name) } else { self.exact.get(name) }.copied()
+    }
+
+    /// All names, as the library writes them and shortened.
+    pub(crate) fn names(&self) -> impl Iterator<Item = &[u8]> {
+        self.exact.keys().chain(self.shortened.keys()).map(Vec::as_slice)
+    }
+}
+
+/// The library at `path`, read once a scene; `None`, with a warning, where it cannot be read.
+pub(crate) fn library(path: &Path, context: &mut Context) -> Option<Rc<Library>> {
+    if let Some(known) = context.libraries.get(path) {
+        return Some(Rc::clone(known));
+    }
+    let bytes = match fs::read(path) {
+        Ok(bytes) => decode(bytes),
+        Err(fault) => {
+            context.warn(format!(
+                "material library {} cannot be read ({fault}); grey is used instead",
+                path.display()
+            ));
+            return None;
+        }
+    };
+    let mut reader = Reader { path, context, materials: Vec::new(), left_out: 0, first_left_out: None };
+    let mut statements = Statements::new(&bytes);
+    while let Some((line, statement)) = statements.next() {
+        reader.statement(line, statement);
+    }
+    reader.end_material();
+    let materials = reader.finish();
+    let library = Rc::new(Library::new(path, materials));
+    context.libraries.insert(path.to_path_buf(), Rc::clone(&library));
+    Some(library)
+}
+
+/// The diffuse part of a library's material, and what is applied to texture coordinates.
+pub(crate) fn surface(library: &Library, index: usize, context: &mut Context) -> (Material, UvTransform) {
+    let material = &library.materials[index];
+    let (texture, uv) = match &material.map {
+        Some(arguments) => map::look_up(&library.path, arguments, context),
+        None => (None, UvTransform::default()),
+    };
+    let kd = material.kd.unwrap_or(DEFAULT_KD);
+    let mut albedo = kd.clamp(Vec3::ZERO, Vec3::ONE);
+    if albedo != kd {
+        let (path, name) = (library.path.display(), shown(&material.name));
+        context.warn(format!("{path}: Kd outside 0 to 1 is clamped, first in material `{name}`"));
+    }
+    // Exporters write a black Kd beside a texture that is meant to be seen.
+    if texture.is_some() && (albedo == Vec3::ZERO || material.kd.is_none()) {
+        albedo = Vec3::ONE;
+    }
+    (Material { albedo, texture }, uv)
+}
+
+/// Reads statements. A faulty one is left out and said; it costs no more than its own line.
+struct Reader<'a> {
+    path: &'a Path,
+    context: &'a mut Context,
+    materials: Vec<Definition>,
+    left_out: usize,
+    first_left_out: Option<String>,
+}
+
+impl Reader<'_> {
+    fn statement(&mut self, line: usize, statement: &[u8]) {
+        let (keyword, rest) = keyword_and_rest(statement);
+        let keyword = keyword.to_ascii_lowercase();
+        if keyword == b"newmtl" {
+            self.end_material();
+            self.materials.push(Definition { name: rest.to_vec(), ..Definition::default() });
+            return;
+        }
+        match keyword.as_slice() {
+            b"kd" if rest.starts_with(b"spectral") || rest.starts_with(b"xyz") => {
+                self.warn(&format!("`Kd {}` is not supported, only RGB", shown(rest)));
             }
-            "kd" => match numbers().collect::<Option<Vec<f32>>>().as_deref() {
-                // A single number is grey.
-                Some([grey]) => statements.push_str(&format!("Kd {grey} {grey} {grey}\n")),
-                Some([r, g, b]) => statements.push_str(&format!("Kd {r} {g} {b}\n")),
-                _ => return Err(fault(format!("`Kd {rest}`, expected one or three finite numbers"))),
-            },
-            "map_kd" => match texture_name(rest) {
-                Some(name) => statements.push_str(&format!("map_Kd {name}\n")),
-                None => return Err(fault("map_Kd without a file; expected: map_Kd FILE".to_string())),
-            },
-            "map_d" => report.warn(format!("{}: alpha masks (map_d) are not supported", path.display())),
-            "bump" | "map_bump" | "norm" => {
-                report.warn(format!("{}: bump and normal maps are not supported", path.display()));
-            }
-            "ke" if numbers().flatten().any(|value| value > 0.0) => {
-                report.warn(format!("{}: emission (Ke) is not used; lights are [[light]]", path.display()));
-            }
-            // Tr is 1 - d.
-            "d" | "tr" => {
-                let opaque = if keyword.eq_ignore_ascii_case("d") { 1.0 } else { 0.0 };
-                if numbers().next().flatten().is_some_and(|value| value != opaque) {
-                    report.warn(format!("{}: transparency is not supported; all is opaque", path.display()));
+            b"kd" => match colour(rest) {
+                Some((kd, whole)) => {
+                    if !whole {
+                        let rest = shown(rest);
+                        self.warn(&format!(
+                            "`Kd {rest}` on line {line} has more than three numbers; the rest is not used"
+                        ));
+                    }
+                    self.set(line, |material| material.kd = Some(kd));
                 }
+                None => {
+                    self.leave_out(
+                        line,
+                        format!("`Kd {}`, expected one or three finite numbers", shown(rest)),
+                    );
+                }
+            },
+            b"map_kd" => match map::parse(rest) {
+                Some(_) => self.set(line, |material| material.map = Some(rest.to_vec())),
+                None => self.leave_out(line, "map_Kd without a file; expected: map_Kd FILE".to_string()),
+            },
+            b"map_d" | b"map_tr" => self.warn("alpha masks (map_d) are not supported"),
+            b"bump" | b"map_bump" | b"norm" => self.warn("bump and normal maps are not supported"),
+            b"ke" if above_zero(rest) => self.warn("emission (Ke) is not used; lights are [[light]]"),
+            b"map_ke" => self.warn("emission (Ke) is not used; lights are [[light]]"),
+            // Tr is 1 - d.
+            b"d" | b"tr" => {
+                let opaque = if keyword == b"d" { 1.0 } else { 0.0 };
+                let value = match first_word(rest) {
+                    (b"-halo", factor) => factor,
+                    _ => rest,
+                };
+                if first_number(value).and_then(|(value, _)| value).is_some_and(|value| value != opaque) {
+                    self.warn_of_transparency();
+                }
+            }
+            b"tf" => {
+                let filters = above_zero(rest) || rest.starts_with(b"spectral") || rest.starts_with(b"xyz");
+                self.set(line, |material| material.filters = filters);
+            }
+            b"illum" => {
+                let illumination = first_number(rest).and_then(|(value, _)| value);
+                self.set(line, |material| material.illumination = illumination);
             }
             _ => {}
         }
     }
-    let (materials, _) = tobj::load_mtl_buf(&mut statements.as_bytes())
-        .map_err(|fault| SceneError::invalid(path, Place::File, fault.to_string()))?;
-    Ok(materials)
-}
 
-/// The file in the arguments of a map: what follows the options, which begin with a dash.
-fn texture_name(arguments: &str) -> Option<&str> {
-    let mut rest = arguments.trim();
-    while let Some(option) = rest.strip_prefix('-') {
-        let (name, mut after) = option.split_once(char::is_whitespace)?;
-        // Options have one word, two (-mm), or one to three numbers (-o, -s, -t).
-        let words = match name {
-            "mm" => 2,
-            "o" | "s" | "t" => {
-                let numbers = after.split_whitespace().take_while(|word| word.parse::<f32>().is_ok());
-                numbers.count().min(3)
-            }
-            _ => 1,
-        };
-        for _ in 0..words {
-            after = after.trim_start().split_once(char::is_whitespace)?.1;
+    /// Changes the current material.
+    fn set(&mut self, line: usize, change: impl FnOnce(&mut Definition)) {
+        match self.materials.last_mut() {
+            Some(material) => change(material),
+            None => self.leave_out(line, "a statement before the first newmtl".to_string()),
         }
-        rest = after.trim_start();
     }
-    (!rest.is_empty()).then_some(rest)
+
+    /// Warns of glass that is written as a filter with an illumination model that lets light through, in whatever order.
+    fn end_material(&mut self) {
+        let glass = self.materials.last().is_some_and(|material| match material.illumination {
+            Some(model @ 4.0..=9.0) => material.filters || ![5.0, 8.0].contains(&model),
+            _ => false,
+        });
+        if glass {
+            self.warn_of_transparency();
+        }
+    }
+
+    fn warn_of_transparency(&mut self) {
+        self.warn("transparency is not supported; all is opaque");
+    }
+
+    fn warn(&mut self, warning: &str) {
+        self.context.warn(format!("{}: {warning}", self.path.display()));
+    }
+
+    fn leave_out(&mut self, line: usize, message: String) {
+        self.left_out += 1;
+        self.first_left_out.get_or_insert_with(|| format!("{}:{line}: {message}", self.path.display()));
+    }
+
+    /// The materials, once all is said.
+    fn finish(self) -> Vec<Definition> {
+        if let Some(first) = self.first_left_out {
+            self.context.warn(match self.left_out {
+                1 => format!("{first}; the line is left out"),
+                count => format!("{first}; {count} such lines are left out"),
+            });
+        }
+        self.materials
+    }
 }
 
-/// The diffuse part of `material`, whose library lies in `folder`.
-pub(crate) fn diffuse(
-    material: &tobj::Material,
-    library: &Path,
-    textures: &mut TextureStore,
-    report: &mut LoadReport,
-) -> Material {
-    let folder = library.parent().unwrap_or(Path::new(""));
-    let texture = material.diffuse_texture.as_ref().and_then(|name| textures.find(folder, name, report));
-    let kd = material.diffuse.map_or(DEFAULT_KD, Vec3::from_array);
-    let mut albedo = kd.clamp(Vec3::ZERO, Vec3::ONE);
-    if albedo != kd {
-        let library = library.display();
-        report
-            .warn(format!("{library}: Kd outside 0 to 1 is clamped, first in material `{}`", material.name));
-    }
-    // Exporters write a black Kd beside a texture that is meant to be seen.
-    if texture.is_some() && (albedo == Vec3::ZERO || material.diffuse.is_none()) {
-        albedo = Vec3::ONE;
-    }
-    Material { albedo, texture }
+/// A colour of one or three finite numbers, and whether nothing follows them.
+fn colour(mut rest: &[u8]) -> Option<(Vec3, bool)> {
+    let mut colour = [0.0; 3];
+    let mut count = 0;
+    let whole = loop {
+        match first_number(rest) {
+            Some((None, _)) => break true,
+            Some((Some(number), after)) if count < 3 => {
+                colour[count] = number as f32;
+                count += 1;
+                rest = after;
+            }
+            _ => break false,
+        }
+    };
+    let colour = match (count, whole) {
+        (1, true) => Vec3::splat(colour[0]),
+        (3, _) => Vec3::from_array(colour),
+        _ => return None,
+    };
+    colour.is_finite().then_some((colour, whole))
+}
+
+fn above_zero(rest: &[u8]) -> bool {
+    numbers(rest).is_some_and(|(_, numbers)| numbers.iter().any(|&number| number > 0.0))
 }

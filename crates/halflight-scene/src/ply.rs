@@ -1,187 +1,240 @@
-//! PLY meshes (ASCII and both binary formats), read by serde-ply.
+//! PLY meshes (ASCII and both binary formats).
 
-use std::fmt;
-use std::fs::File;
-use std::io::{BufRead, BufReader, ErrorKind, Read, Seek};
+mod header;
+mod rows;
+mod values;
+
+use std::fs;
 use std::path::Path;
 
-use glam::{Vec2, Vec3};
-use halflight_core::scene::{Material, Mesh};
-use serde::Deserialize;
-use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, MapAccess, SeqAccess, Visitor};
-use serde_ply::{DeserializeError, ElementDef, PlyFormat, PlyReader};
+use glam::{DVec3, Vec2, Vec3};
+use halflight_core::scene::Material;
 
+use crate::context::{Context, MAX_COUNT};
 use crate::error::{Place, SceneError};
-use crate::polygon::triangulate;
-use crate::report::LoadReport;
+use crate::model::ModelMesh;
+use crate::text::{BYTE_ORDER_MARK, decode, is_utf8};
+use crate::texture;
+use crate::vertices::Vertices;
+use header::{Element, Header};
+use rows::{INDICES, Look, Rows, UVS};
+use values::{Fault, Values};
 
-/// A row of the element `vertex`. Widths and number types are the file's own; serde-ply converts.
-#[derive(Deserialize)]
-struct Vertex {
-    x: f32,
-    y: f32,
-    z: f32,
-    #[serde(default)]
-    nx: f32,
-    #[serde(default)]
-    ny: f32,
-    #[serde(default)]
-    nz: f32,
-}
-
-/// A row of the element `face`.
-#[derive(Deserialize)]
-struct Face {
-    #[serde(alias = "vertex_index")]
-    vertex_indices: Vec<i64>,
-}
-
-/// A row of an element that is not used.
-#[derive(Deserialize)]
-struct Other {}
-
-/// Reads the PLY file at `path`. Normals that the file does not give are zero; all faces get the default material.
-pub(crate) fn read(path: &Path, report: &mut LoadReport) -> Result<Mesh, SceneError> {
-    let unreadable = |source| SceneError::Read { path: path.to_path_buf(), source };
-    let mut file = File::open(path).map_err(unreadable)?;
-    let header_fault =
-        |fault: DeserializeError| SceneError::invalid(path, Place::File, format!("header: {}", fault.0));
-    let format = PlyReader::from_reader(BufReader::new(&file)).map_err(header_fault)?.header().format;
-    file.rewind().map_err(unreadable)?;
-    // serde-ply ends a number in text only at white space, so that the last one needs it.
-    let tail: &[u8] = if format == PlyFormat::Ascii { b"\n" } else { b"" };
-    let mut reader = PlyReader::from_reader(BufReader::new(file).chain(tail)).map_err(header_fault)?;
-
-    let mut mesh = Mesh { materials: vec![Material::default()], ..Mesh::default() };
-    while let Some(element) = reader.current_element().cloned() {
-        check_header(path, &element, report)?;
-        match element.name.as_str() {
-            "vertex" => {
-                rows(path, "vertex", &element, &mut reader, |row: Vertex| add_vertex(&mut mesh, &row))?;
-            }
-            "face" if mesh.positions.is_empty() => {
-                return Err(SceneError::invalid(path, Place::File, "has faces before its vertices"));
-            }
-            "face" => {
-                let mut corners = Vec::new();
-                rows(path, "face", &element, &mut reader, |row: Face| {
-                    add_face(&mut mesh, &row, &mut corners)
-                })?;
-            }
-            _ => rows(path, "element", &element, &mut reader, |_: Other| Ok(()))?,
-        }
+/// Reads the PLY file at `path`. Normals that the file does not give are zero. Colours of faces and textures become materials;
+/// without `colours` all faces get the default one.
+pub(crate) fn read(path: &Path, colours: bool, context: &mut Context) -> Result<ModelMesh, SceneError> {
+    let whole = |message: String| SceneError::invalid(path, Place::File, message);
+    let mut bytes = fs::read(path).map_err(|source| SceneError::Read { path: path.to_path_buf(), source })?;
+    if !is_utf8(&bytes) {
+        bytes = decode(bytes);
     }
-    if mesh.triangles.is_empty() {
+    let file = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes);
+    let header = Header::read(file).map_err(|message| whole(format!("header: {message}")))?;
+    for element in &header.elements {
+        check(element).map_err(|message| whole(format!("header: {message}")))?;
+    }
+    let mut rows = read_rows(path, &header, &file[header.length..], colours)?;
+    drop(bytes);
+    check_indices(path, &header, &rows)?;
+    let mut look_runs = std::mem::take(&mut rows.look_runs);
+    let warn_of = say_what_is_left_out(&header, &rows, colours);
+    for warning in warn_of {
+        context.warn(format!("{}: {warning}", path.display()));
+    }
+
+    let mut mesh = ModelMesh::default();
+    let textured = has_uvs(&header) || rows.corner_uvs.is_some();
+    let names = if colours && textured { header.textures.as_slice() } else { &[] };
+    let first = material(path, Look::default(), names, context);
+    mesh.materials = rows.looks.iter().map(|&look| material(path, look, names, context)).collect();
+    mesh.materials.push(first);
+    split_vertices(&mut mesh, &mut rows);
+    mesh.runs.push((0, (mesh.materials.len() - 1) as u32));
+    mesh.runs.append(&mut look_runs);
+    mesh.faces = rows.faces;
+    if let Some((dropped, vertex)) = mesh.drop_faces_that_are_not_finite() {
+        if mesh.faces.triangles() == 0 {
+            let position = mesh.positions[vertex as usize];
+            return Err(whole(format!(
+                "the position {position} is not finite, and every face has one like it"
+            )));
+        }
+        context.warn(format!(
+            "{}: faces with a position that is not finite are left out: {dropped}",
+            path.display()
+        ));
+    }
+    if mesh.faces.triangles() == 0 {
         let message =
             "has no faces of three or more corners, expected an element `face` with a list `vertex_indices`";
-        return Err(SceneError::invalid(path, Place::File, message));
+        return Err(whole(message.to_string()));
+    }
+    if mesh.replace_uvs_that_are_not_finite() {
+        context.warn(format!("{}: texture coordinates that are not finite are taken as 0", path.display()));
     }
     Ok(mesh)
 }
 
-/// Refuses elements that cannot be read, and says what is left out.
-fn check_header(path: &Path, element: &ElementDef, report: &mut LoadReport) -> Result<(), SceneError> {
-    let fault = |message: String| Err(SceneError::invalid(path, Place::File, message));
+/// Refuses elements that cannot be read.
+fn check(element: &Element) -> Result<(), String> {
+    let name = &element.name;
     if element.properties.is_empty() && element.count > 0 {
-        return fault(format!("header: element `{}` has no properties", element.name));
+        return Err(format!("element `{name}` has no properties"));
     }
-    match element.name.as_str() {
+    let indices = element.properties.iter().find(|property| INDICES.contains(&property.name.as_str()));
+    match name.as_str() {
         "vertex" => {
-            if let Some(missing) = ["x", "y", "z"].iter().find(|name| !element.has_property(name)) {
-                return fault(format!("header: element `vertex` has no property `{missing}`"));
+            for axis in ["x", "y", "z"] {
+                match element.properties.iter().find(|property| property.name == axis) {
+                    None => return Err(format!("element `vertex` has no property `{axis}`")),
+                    Some(property) if property.count.is_some() => {
+                        return Err(format!(
+                            "property `{axis}` of element `vertex` is a list, expected a number"
+                        ));
+                    }
+                    Some(_) => {}
+                }
             }
-            if element.has_property("red") || element.has_property("diffuse_red") {
-                report.warn(format!(
-                    "{}: vertex colours are not used; give the mesh an albedo",
-                    path.display()
-                ));
+        }
+        "face" | "tristrips" => match indices {
+            Some(list) if list.count.is_some() && !list.scalar.is_float() => {}
+            Some(list) => {
+                return Err(format!("`{}` of element `{name}` is no list of whole numbers", list.name));
             }
-        }
-        "face" if !element.has_property("vertex_indices") && !element.has_property("vertex_index") => {
-            return fault("header: element `face` has no list `vertex_indices`".to_string());
-        }
-        "tristrips" => {
-            return fault("has triangle strips, which are not supported; export it with faces".to_string());
-        }
+            None => return Err(format!("element `{name}` has no list `vertex_indices`")),
+        },
         _ => {}
     }
     Ok(())
 }
 
-fn add_vertex(mesh: &mut Mesh, row: &Vertex) -> Result<(), String> {
-    let position = Vec3::new(row.x, row.y, row.z);
-    if !position.is_finite() {
-        return Err(format!("the position {position} is not finite"));
-    }
-    mesh.positions.push(position);
-    mesh.normals.push(Vec3::new(row.nx, row.ny, row.nz).normalize_or_zero());
-    mesh.uvs.push(Vec2::ZERO);
-    Ok(())
-}
-
-fn add_face(mesh: &mut Mesh, row: &Face, corners: &mut Vec<u32>) -> Result<(), String> {
-    let count = mesh.positions.len();
-    corners.clear();
-    for &index in &row.vertex_indices {
-        let vertex = u32::try_from(index).ok().filter(|&vertex| (vertex as usize) < count);
-        let vertex = vertex
-            .ok_or_else(|| format!("refers to vertex {index}, but there are {count}, which count from 0"))?;
-        corners.push(vertex);
-    }
-    triangulate(corners, &mesh.positions, &mut mesh.triangles);
-    mesh.material_ids.resize(mesh.triangles.len(), 0);
-    Ok(())
-}
-
-/// Reads all rows of the reader's current element into `add`, without holding them.
-fn rows<T: DeserializeOwned, R: BufRead>(
-    path: &Path,
-    kind: &'static str,
-    element: &ElementDef,
-    reader: &mut PlyReader<R>,
-    add: impl FnMut(T) -> Result<(), String>,
-) -> Result<(), SceneError> {
-    let mut row = 0;
-    let rows = Rows { row: &mut row, add, marker: std::marker::PhantomData };
-    let mut reader = reader;
-    MapAccess::next_value_seed(&mut reader, rows).map_err(|fault| {
-        let message = match fault.0.kind() {
-            ErrorKind::UnexpectedEof => {
-                format!("the file ends here, expected {} of element `{}`", element.count, element.name)
-            }
-            _ => fault.0.to_string(),
+fn read_rows(path: &Path, header: &Header, data: &[u8], colours: bool) -> Result<Rows, SceneError> {
+    let mut rows = Rows::default();
+    let mut values = Values::new(header.format, data);
+    let vertices = header.elements.iter().filter(|element| element.name == "vertex");
+    let vertices = vertices.map(|element| element.count).fold(0, usize::saturating_add);
+    for element in &header.elements {
+        let (kind, read) = match element.name.as_str() {
+            "vertex" => ("vertex", rows.vertices(element, &mut values)),
+            "face" => ("face", rows.faces(element, &mut values, colours)),
+            "tristrips" => ("strip", rows.strips(element, &mut values, vertices)),
+            _ => ("element", skip(element, &mut values)),
         };
-        SceneError::invalid(path, Place::Element(kind, row), message)
-    })
-}
-
-/// Feeds rows to a function and counts them, so that a fault can name its row.
-struct Rows<'a, T, F> {
-    row: &'a mut usize,
-    add: F,
-    marker: std::marker::PhantomData<T>,
-}
-
-impl<'de, T: Deserialize<'de>, F: FnMut(T) -> Result<(), String>> DeserializeSeed<'de> for Rows<'_, T, F> {
-    type Value = ();
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
-        deserializer.deserialize_seq(self)
-    }
-}
-
-impl<'de, T: Deserialize<'de>, F: FnMut(T) -> Result<(), String>> Visitor<'de> for Rows<'_, T, F> {
-    type Value = ();
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("rows")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(mut self, mut rows: A) -> Result<(), A::Error> {
-        while let Some(row) = rows.next_element()? {
-            (self.add)(row).map_err(serde::de::Error::custom)?;
-            *self.row += 1;
+        read.map_err(|(row, fault)| {
+            let message = match fault {
+                Fault::End => {
+                    format!("the file ends here, expected {} of element `{}`", element.count, element.name)
+                }
+                Fault::Other(message) => message,
+            };
+            SceneError::invalid(path, Place::Element(kind, row), message)
+        })?;
+        if rows.positions.len().max(rows.faces.corners.len() / 3) > MAX_COUNT {
+            let message = format!("has more than {MAX_COUNT} triangles or vertices");
+            return Err(SceneError::invalid(path, Place::File, message));
         }
-        Ok(())
+    }
+    Ok(rows)
+}
+
+fn skip(element: &Element, values: &mut Values<'_>) -> Result<(), (usize, Fault)> {
+    for row in 0..element.count {
+        for property in &element.properties {
+            values.skip(property).map_err(|fault| (row, fault))?;
+        }
+    }
+    Ok(())
+}
+
+/// Refuses faces of vertices that do not exist. Faces may come before vertices, so that this is known only at the end.
+fn check_indices(path: &Path, header: &Header, rows: &Rows) -> Result<(), SceneError> {
+    let count = rows.positions.len();
+    let beyond = |&vertex: &u32| vertex as usize >= count;
+    if !rows.faces.corners.iter().any(beyond) {
+        return Ok(());
+    }
+    let faces = rows.faces.iter().enumerate();
+    let found = faces
+        .filter_map(|(face, corners)| Some((face, *corners.iter().find(|corner| beyond(corner))?)))
+        .next();
+    let (face, vertex) = found.unwrap_or_default();
+    let message = format!("refers to vertex {vertex}, but there are {count}, which count from 0");
+    // With strips, the triangles of all of them count.
+    let strips = header.elements.iter().any(|element| element.name == "tristrips");
+    let kind = if strips { "triangle" } else { "face" };
+    Err(SceneError::invalid(path, Place::Element(kind, face), message))
+}
+
+fn has_uvs(header: &Header) -> bool {
+    let mut vertices = header.elements.iter().filter(|element| element.name == "vertex");
+    vertices.any(|element| UVS.iter().any(|[u, v]| element.has(u) && element.has(v)))
+}
+
+fn say_what_is_left_out(header: &Header, rows: &Rows, colours: bool) -> Vec<String> {
+    let mut said = Vec::new();
+    let has = |element: &str, property: &str| {
+        header.elements.iter().any(|known| known.name == element && known.has(property))
+    };
+    if rows.few_corners > 0 {
+        said.push(format!("faces of fewer than three corners are left out: {}", rows.few_corners));
+    }
+    if !colours {
+        return said;
+    }
+    if has("vertex", "red") || has("vertex", "diffuse_red") {
+        said.push("vertex colours are not used; give the mesh an albedo".to_string());
+    }
+    if has("tristrips", "red") || has("tristrips", "diffuse_red") {
+        said.push("colours of strips are not used; give the mesh an albedo".to_string());
+    }
+    if header.elements.iter().any(|element| element.name == "material" && element.count > 0) {
+        said.push("materials are not used; give the mesh an albedo".to_string());
+    }
+    if rows.transparent {
+        said.push("transparency is not supported; all is opaque".to_string());
+    }
+    if rows.uvs_of_wrong_length > 0 {
+        let count = rows.uvs_of_wrong_length;
+        said.push(format!(
+            "lists `texcoord` of another length than two numbers a corner are left out: {count}"
+        ));
+    }
+    if !header.textures.is_empty() && !has_uvs(header) && rows.corner_uvs.is_none() {
+        said.push("the texture is not used, since there are no texture coordinates".to_string());
+    }
+    said
+}
+
+/// The material of faces that look so, in a file with textures of these names.
+fn material(path: &Path, look: Look, names: &[Vec<u8>], context: &mut Context) -> Material {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let number = usize::try_from(look.texture.unwrap_or(0)).ok();
+    let texture = number.and_then(|number| names.get(number)).and_then(|name| {
+        let found = texture::find(folder, name, context);
+        texture::load(folder, name, found, context)
+    });
+    let colour = look.colour.map(|bits| Vec3::from_array(bits.map(f32::from_bits)));
+    let plain = if texture.is_some() { Vec3::ONE } else { Material::default().albedo };
+    Material { albedo: colour.unwrap_or(plain), texture }
+}
+
+/// Moves the vertices to `mesh`; where corners have texture coordinates of their own, one for each pair of both.
+fn split_vertices(mesh: &mut ModelMesh, rows: &mut Rows) {
+    let Some(uvs) = rows.corner_uvs.take() else {
+        mesh.positions = std::mem::take(&mut rows.positions);
+        mesh.normals = std::mem::take(&mut rows.normals);
+        mesh.uvs = std::mem::take(&mut rows.uvs);
+        return;
+    };
+    let mut vertices = Vertices::default();
+    vertices.define(rows.positions.len());
+    for (corner, uv) in rows.faces.corners.iter_mut().zip(&uvs) {
+        *corner = vertices.of([*corner + 1, uv.x.to_bits(), uv.y.to_bits()]);
+    }
+    for &[position, u, v] in &vertices.corners {
+        let at = position as usize - 1;
+        mesh.positions.push(rows.positions.get(at).copied().unwrap_or(DVec3::NAN));
+        mesh.normals.push(rows.normals.get(at).copied().unwrap_or_default());
+        mesh.uvs.push(Vec2::new(f32::from_bits(u), f32::from_bits(v)));
     }
 }

@@ -1,56 +1,75 @@
 //! Polygons to triangles.
 
-use glam::{DVec2, DVec3, Vec3};
+mod constrained;
+mod ears;
+
+use glam::{DVec2, DVec3, Vec2Swizzles, Vec3};
+
+/// Polygons of up to so many corners have their ears clipped, which takes time in proportion to the square of the corners.
+const MAX_EARS: usize = 32;
 
 /// Appends the triangles of the polygon whose corners are `corners`, indices into `positions`.
 ///
-/// Strictly convex polygons become a fan; others have their ears clipped, in the plane of their vector area.
-/// A polygon that crosses itself still gives `corners.len() - 2` triangles, but no promise of what they cover.
+/// Corners that repeat the one before add nothing. Strictly convex polygons become a fan. Others have their ears clipped,
+/// where they are small, or become a constrained Delaunay triangulation in n log n: its triangles inside the outline, so that
+/// polygons that touch themselves, such as those with holes on bridges, keep their area. A polygon that crosses itself gets
+/// triangles as well; what they cover is not specified.
 pub(crate) fn triangulate(corners: &[u32], positions: &[Vec3], triangles: &mut Vec<[u32; 3]>) {
-    let flat = match corners {
+    let position = |at: u32| positions[at as usize];
+    if let &[a, b, c] = corners {
+        return triangles.push([a, b, c]);
+    }
+    let Some(&last) = corners.last() else { return };
+    let repeats = |before: u32, at: u32| before == at || position(before) == position(at);
+    let mut before = last;
+    let distinct: Vec<u32>;
+    let repeated = corners.iter().any(|&at| repeats(std::mem::replace(&mut before, at), at));
+    let corners = if repeated {
+        let mut before = last;
+        distinct =
+            corners.iter().copied().filter(|&at| !repeats(std::mem::replace(&mut before, at), at)).collect();
+        &distinct
+    } else {
+        corners
+    };
+    match corners {
         [] | [_] | [_, _] => return,
         &[a, b, c] => return triangles.push([a, b, c]),
-        _ => project(corners, positions),
-    };
+        _ => {}
+    }
+    let flat = project(corners, positions);
     let count = corners.len();
-    if (0..count).all(|at| turn(flat[at], flat[(at + 1) % count], flat[(at + 2) % count]) > 0.0) {
-        triangles.extend((1..count - 1).map(|at| [corners[0], corners[at], corners[at + 1]]));
-        return;
-    }
-    let mut left: Vec<usize> = (0..count).collect();
-    let mut start = 0;
-    while left.len() > 3 {
-        let count = left.len();
-        let corner = |at: usize| flat[left[at % count]];
-        // Going on where the last ear was keeps long polygons quadratic.
-        let ear = (start..start + count).find(|&at| {
-            let [a, b, c] = [corner(at + count - 1), corner(at), corner(at + 1)];
-            turn(a, b, c) > 0.0
-                && left.iter().all(|&other| {
-                    let p = flat[other];
-                    // Corners of the ear itself, also where the polygon touches itself there, are not inside.
-                    p == a || p == b || p == c || !inside(p, a, b, c)
-                })
-        });
-        // A polygon without an ear is degenerate or crosses itself: any corner is as good as another.
-        let ear = ear.unwrap_or(start) % count;
-        let [before, after] = [(ear + count - 1) % count, (ear + 1) % count];
-        triangles.push([left[before], left[ear], left[after]].map(|at| corners[at]));
-        left.remove(ear);
-        start = ear;
-    }
-    triangles.push([left[0], left[1], left[2]].map(|at| corners[at]));
+    let convex = (0..count).all(|at| turn(flat[at], flat[(at + 1) % count], flat[(at + 2) % count]) > 0.0);
+    let ears = if convex || count > MAX_EARS { None } else { Some(ears::clip(&flat)) };
+    let found = match ears {
+        None if convex => fan(count),
+        Some((found, true)) => found,
+        Some((found, false)) => constrained::triangulate(&flat).unwrap_or(found),
+        None => constrained::triangulate(&flat).unwrap_or_else(|| fan(count)),
+    };
+    triangles.extend(found.into_iter().map(|triangle| triangle.map(|at| corners[at])));
 }
 
-/// The polygon in the plane of its vector area, counter-clockwise.
+fn fan(count: usize) -> Vec<[usize; 3]> {
+    (1..count - 1).map(|at| [0, at, at + 1]).collect()
+}
+
+/// The polygon along the axis nearest to its vector area, counter-clockwise. Its coordinates are those of the corners,
+/// so that what lies on a line there does so here.
 fn project(corners: &[u32], positions: &[Vec3]) -> Vec<DVec2> {
-    let points: Vec<DVec3> = corners.iter().map(|&at| positions[at as usize].as_dvec3()).collect();
+    let point = |at: u32| positions[at as usize].as_dvec3();
     // Newell: relative to the first corner, so that far polygons keep their digits.
-    let origin = points[0];
-    let next = points.iter().cycle().skip(1);
-    let normal: DVec3 = points.iter().zip(next).map(|(&a, &b)| (a - origin).cross(b - origin)).sum();
-    let (axis_u, axis_v) = normal.try_normalize().unwrap_or(DVec3::Z).any_orthonormal_pair();
-    points.iter().map(|&p| DVec2::new((p - origin).dot(axis_u), (p - origin).dot(axis_v))).collect()
+    let origin = point(corners[0]);
+    let next = corners.iter().cycle().skip(1);
+    let area: DVec3 =
+        corners.iter().zip(next).map(|(&a, &b)| (point(a) - origin).cross(point(b) - origin)).sum();
+    let flat = |p: DVec3| match area.abs().max_position() {
+        0 => DVec2::new(p.y, p.z),
+        1 => DVec2::new(p.z, p.x),
+        _ => DVec2::new(p.x, p.y),
+    };
+    let mirrored = area[area.abs().max_position()] < 0.0;
+    corners.iter().map(|&at| flat(point(at))).map(|p| if mirrored { p.yx() } else { p }).collect()
 }
 
 /// Twice the signed area of a triangle: positive where it turns left.
@@ -58,47 +77,5 @@ fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
-fn inside(p: DVec2, a: DVec2, b: DVec2, c: DVec2) -> bool {
-    turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Area by the triangles, all of which must face +z.
-    fn area(outline: &[[f32; 2]]) -> (usize, f32) {
-        let positions: Vec<Vec3> = outline.iter().map(|&[x, y]| Vec3::new(x, y, 0.0)).collect();
-        let corners: Vec<u32> = (0..outline.len() as u32).collect();
-        let mut triangles = Vec::new();
-        triangulate(&corners, &positions, &mut triangles);
-        let mut area = 0.0;
-        for triangle in &triangles {
-            let [a, b, c] = triangle.map(|at| positions[at as usize]);
-            let twice = (b - a).cross(c - a).z;
-            assert!(twice >= 0.0, "{triangle:?} faces away");
-            area += twice / 2.0;
-        }
-        (triangles.len(), area)
-    }
-
-    #[test]
-    fn convex_polygons_keep_their_area() {
-        assert_eq!(area(&[[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]]), (2, 2.0));
-        assert_eq!(area(&[[0.0, 0.0], [2.0, 0.0], [3.0, 1.0], [2.0, 2.0], [0.0, 2.0]]), (3, 5.0));
-    }
-
-    #[test]
-    fn concave_polygons_are_not_fanned_across_their_notches() {
-        // An arrow head, a U and a comb: fans from the first corner leave each of them.
-        assert_eq!(area(&[[0.0, 0.0], [4.0, -3.0], [1.0, 0.0], [4.0, 3.0]]), (2, 3.0));
-        let u =
-            [[0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [2.0, 3.0], [2.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
-        assert_eq!(area(&u), (6, 7.0));
-    }
-
-    #[test]
-    fn points_along_an_edge_lose_no_area() {
-        assert_eq!(area(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]), (3, 4.0));
-    }
-}
+mod tests;

@@ -37,11 +37,4 @@ impl LoadReport {
     pub fn normals_computed(&self) -> usize {
         self.meshes.iter().map(|mesh| mesh.normals_computed).sum()
     }
-
-    /// Records `warning` unless it has been said.
-    pub(crate) fn warn(&mut self, warning: String) {
-        if !self.warnings.contains(&warning) {
-            self.warnings.push(warning);
-        }
-    }
 }

@@ -1,6 +1,6 @@
 //! One table of a scene file, read key by key so that every fault names its line and what would be right.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
 use toml::Spanned;
@@ -13,12 +13,19 @@ use crate::error::{Place, SceneError};
 pub(crate) struct Source<'a> {
     pub(crate) name: &'a str,
     pub(crate) text: &'a str,
+    /// The places of its line ends, from [`line_ends`].
+    pub(crate) line_ends: &'a [usize],
+}
+
+/// The places of the line ends of `text`, by which lines are found without counting.
+pub(crate) fn line_ends(text: &str) -> Vec<usize> {
+    text.bytes().enumerate().filter(|&(_, byte)| byte == b'\n').map(|(at, _)| at).collect()
 }
 
 impl Source<'_> {
     /// The line, counted from 1, that holds byte `offset`.
     pub(crate) fn line(self, offset: usize) -> usize {
-        1 + self.text.bytes().take(offset).filter(|&byte| byte == b'\n').count()
+        1 + self.line_ends.partition_point(|&end| end < offset)
     }
 
     /// A fault on `line`.
@@ -136,10 +143,15 @@ impl<'a> Section<'a> {
         self.read(key, "three finite numbers", vector)
     }
 
-    /// One finite number for all three axes, or three.
-    pub(crate) fn number_or_vector(&mut self, key: &str) -> Result<Option<Found<Vec3>>, SceneError> {
+    /// Three finite numbers in double precision.
+    pub(crate) fn double_vector(&mut self, key: &str) -> Result<Option<Found<DVec3>>, SceneError> {
+        self.read(key, "three finite numbers", double_vector)
+    }
+
+    /// One finite number for all three axes, or three, in double precision.
+    pub(crate) fn number_or_vector(&mut self, key: &str) -> Result<Option<Found<DVec3>>, SceneError> {
         self.read(key, "a finite number or three", |value| {
-            number(value).map(Vec3::splat).or_else(|| vector(value))
+            double(value).map(DVec3::splat).or_else(|| double_vector(value))
         })
     }
 
@@ -170,19 +182,35 @@ impl<'a> Section<'a> {
     }
 }
 
+/// The text of a decimal number.
+fn decimal<'v>(value: &'v DeValue<'_>) -> Option<&'v str> {
+    match value {
+        DeValue::Float(float) => Some(float.as_str()),
+        DeValue::Integer(integer) if integer.radix() == 10 => Some(integer.as_str()),
+        _ => None,
+    }
+}
+
 fn number(value: &DeValue<'_>) -> Option<f32> {
-    let number: f32 = match value {
-        DeValue::Float(float) => float.as_str().parse().ok()?,
-        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok()?,
-        _ => return None,
-    };
-    number.is_finite().then_some(number)
+    decimal(value)?.parse().ok().filter(|number: &f32| number.is_finite())
+}
+
+fn double(value: &DeValue<'_>) -> Option<f64> {
+    decimal(value)?.parse().ok().filter(|number: &f64| number.is_finite())
+}
+
+fn three<T>(value: &DeValue<'_>, read: impl Fn(&DeValue<'_>) -> Option<T>) -> Option<[T; 3]> {
+    let items = value.as_array()?;
+    let [x, y, z] = items.as_ref() else { return None };
+    Some([read(x.get_ref())?, read(y.get_ref())?, read(z.get_ref())?])
 }
 
 fn vector(value: &DeValue<'_>) -> Option<Vec3> {
-    let items = value.as_array()?;
-    let [x, y, z] = items.as_ref() else { return None };
-    Some(Vec3::new(number(x.get_ref())?, number(y.get_ref())?, number(z.get_ref())?))
+    three(value, number).map(Vec3::from_array)
+}
+
+fn double_vector(value: &DeValue<'_>) -> Option<DVec3> {
+    three(value, double).map(DVec3::from_array)
 }
 
 /// The value as a message shows it.

@@ -1,107 +1,131 @@
-//! Albedo textures: found whatever the case of their names, decoded from sRGB to linear.
+//! Albedo textures: found whatever the case of their names, kept as they are encoded, in sRGB.
 
 use std::collections::HashMap;
-use std::fs;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
-use glam::Vec3;
 use halflight_core::scene::Texture;
+use image::{ColorType, ImageDecoder, ImageReader, Limits};
 
-use crate::report::LoadReport;
+use crate::context::Context;
+use crate::folders::{path_of, shown};
+use crate::text::{self, forms};
+
+/// The most texels that an image may have, 16384 × 16384: a gigabyte.
+const MAX_TEXELS: u64 = 1 << 28;
 
 /// The textures of a scene, each file read once.
 #[derive(Default)]
 pub(crate) struct TextureStore {
     pub(crate) textures: Vec<Texture>,
     by_path: HashMap<PathBuf, Option<u32>>,
+    by_name: HashMap<(PathBuf, Vec<u8>), Option<PathBuf>>,
 }
 
-impl TextureStore {
-    /// The index of the texture that a material library in `folder` calls `name`; `None`, with a warning, where it
-    /// is missing or cannot be decoded.
-    pub(crate) fn find(&mut self, folder: &Path, name: &str, report: &mut LoadReport) -> Option<u32> {
-        let Some(path) = find_texture(folder, name) else {
-            report
-                .warn(format!("texture `{name}` is missing in {}; its colour is used alone", shown(folder)));
-            return None;
-        };
-        if let Some(&known) = self.by_path.get(&path) {
-            return known;
-        }
-        let index = match read(&path) {
-            Ok((texture, opaque)) => {
-                if !opaque {
-                    let path = path.display();
-                    report.warn(format!("texture {path} is transparent in places; it is taken as opaque"));
-                }
-                self.textures.push(texture);
-                Some((self.textures.len() - 1) as u32)
-            }
-            Err(fault) => {
-                let path = path.display();
-                report.warn(format!("texture {path} cannot be read ({fault}); its colour is used alone"));
-                None
-            }
-        };
-        self.by_path.insert(path, index);
-        index
+/// The texture that a file in `folder` calls `name`, perhaps with quotation marks or a comment.
+pub(crate) fn find(folder: &Path, name: &[u8], context: &mut Context) -> Option<PathBuf> {
+    let key = (folder.to_path_buf(), name.to_vec());
+    if let Some(known) = context.textures.by_name.get(&key) {
+        return known.clone();
     }
-}
-
-/// A folder as messages show it: the current one is not empty.
-pub(crate) fn shown(folder: &Path) -> String {
-    if folder.as_os_str().is_empty() { "./".to_string() } else { folder.display().to_string() }
-}
-
-/// Looks for a texture where its name says, then by its last part only, beside the library and in `textures/`.
-fn find_texture(folder: &Path, name: &str) -> Option<PathBuf> {
-    // Exporters on Windows write backslashes and absolute paths of their own machine.
-    let name = PathBuf::from(name.replace('\\', "/"));
-    let last = Path::new(name.file_name()?);
-    [name.clone(), last.to_path_buf(), Path::new("textures").join(&name), Path::new("textures").join(last)]
+    let found = forms(name).into_iter().find_map(|name| {
+        let name = path_of(name);
+        let last = Path::new(name.file_name()?);
+        // Where its name says, then by its last part only, beside the library and in `textures/`.
+        [
+            name.clone(),
+            last.to_path_buf(),
+            Path::new("textures").join(&name),
+            Path::new("textures").join(last),
+        ]
         .iter()
-        .find_map(|candidate| find_ignoring_case(folder, candidate))
-}
-
-/// The file at `relative` in `folder`, part by part: as written, or else the first name, in order, that differs only
-/// in case.
-pub(crate) fn find_ignoring_case(folder: &Path, relative: &Path) -> Option<PathBuf> {
-    let mut found = folder.to_path_buf();
-    for part in relative.components() {
-        let exact = found.join(part);
-        let Component::Normal(name) = part else {
-            found = exact;
-            continue;
-        };
-        if exact.exists() {
-            found = exact;
-            continue;
-        }
-        let wanted = name.to_string_lossy().to_lowercase();
-        // An empty path means the current folder to `join`, but not to `read_dir`.
-        let listed = if found.as_os_str().is_empty() { Path::new(".") } else { &found };
-        let names = fs::read_dir(listed).ok()?.filter_map(|entry| Some(entry.ok()?.file_name()));
-        found = found.join(names.filter(|name| name.to_string_lossy().to_lowercase() == wanted).min()?);
-    }
-    found.is_file().then_some(found)
-}
-
-/// The texture and whether it is opaque throughout.
-fn read(path: &Path) -> Result<(Texture, bool), image::ImageError> {
-    let image = image::ImageReader::open(path)?.with_guessed_format()?.decode()?;
-    let linear: Vec<f32> = (0..=255u8).map(srgb_to_linear).collect();
-    let pixels = image.to_rgba8();
-    let opaque = pixels.pixels().all(|pixel| pixel.0[3] == 255);
-    let texels = pixels.pixels().map(|pixel| {
-        let [r, g, b, _] = pixel.0.map(|channel| linear[usize::from(channel)]);
-        Vec3::new(r, g, b)
+        .find_map(|candidate| context.folders.find(folder, candidate))
     });
-    Ok((Texture { width: pixels.width(), height: pixels.height(), texels: texels.collect() }, opaque))
+    context.textures.by_name.insert(key, found.clone());
+    found
 }
 
-/// IEC 61966-2-1, decoding.
-fn srgb_to_linear(encoded: u8) -> f32 {
-    let value = f64::from(encoded) / 255.0;
-    let linear = if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
-    linear as f32
+/// The index of the texture at `found`; `None`, with a warning, where nothing was found under `name` in `folder` or it cannot be
+/// decoded.
+pub(crate) fn load(folder: &Path, name: &[u8], found: Option<PathBuf>, context: &mut Context) -> Option<u32> {
+    let Some(path) = found else {
+        let name = text::shown(forms(name).last().copied().unwrap_or(name));
+        context.warn(format!("texture `{name}` is missing in {}; its colour is used alone", shown(folder)));
+        return None;
+    };
+    if let Some(&known) = context.textures.by_path.get(&path) {
+        return known;
+    }
+    let index = match read(&path) {
+        Ok(texture) => {
+            if texture.texels.iter().any(|texel| texel[3] != 255) {
+                let path = path.display();
+                context.warn(format!("texture {path} is transparent in places; it is taken as opaque"));
+            }
+            context.textures.textures.push(texture);
+            Some((context.textures.textures.len() - 1) as u32)
+        }
+        Err(fault) => {
+            let path = path.display();
+            context.warn(format!("texture {path} cannot be read ({fault}); its colour is used alone"));
+            None
+        }
+    };
+    context.textures.by_path.insert(path, index);
+    index
+}
+
+/// Decodes an image in the memory of its texels; one of 16 bits a channel needs twice that on the way.
+fn read(path: &Path) -> Result<Texture, String> {
+    let fault = |fault: image::ImageError| fault.to_string();
+    let mut reader = ImageReader::open(path)
+        .and_then(ImageReader::with_guessed_format)
+        .map_err(|fault| fault.to_string())?;
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some(8 * MAX_TEXELS);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(fault)?;
+    let (width, height) = decoder.dimensions();
+    let count = u64::from(width) * u64::from(height);
+    if count > MAX_TEXELS {
+        let side = MAX_TEXELS.isqrt();
+        return Err(format!(
+            "{width} x {height} texels, more than the limit of {MAX_TEXELS}, {side} x {side}"
+        ));
+    }
+    let count = count as usize;
+    let colour = decoder.color_type();
+    let channels: fn(&[u8]) -> [u8; 4] = match colour {
+        ColorType::L8 => |texel| [texel[0], texel[0], texel[0], 255],
+        ColorType::La8 => |texel| [texel[0], texel[0], texel[0], texel[1]],
+        ColorType::Rgb8 => |texel| [texel[0], texel[1], texel[2], 255],
+        ColorType::Rgba8 => |texel| [texel[0], texel[1], texel[2], texel[3]],
+        ColorType::L16 => |texel| [high(texel, 0), high(texel, 0), high(texel, 0), 255],
+        ColorType::La16 => |texel| [high(texel, 0), high(texel, 0), high(texel, 0), high(texel, 1)],
+        ColorType::Rgb16 => |texel| [high(texel, 0), high(texel, 1), high(texel, 2), 255],
+        ColorType::Rgba16 => |texel| [high(texel, 0), high(texel, 1), high(texel, 2), high(texel, 3)],
+        other => return Err(format!("texels of the kind {other:?} are not supported")),
+    };
+    let size = usize::from(colour.bytes_per_pixel());
+    let mut texels = vec![[0; 4]; count * size.div_ceil(4)];
+    let bytes = texels.as_flattened_mut();
+    decoder.read_image(&mut bytes[..count * size]).map_err(fault)?;
+    let convert = |at: usize| {
+        let texel = channels(&bytes[at * size..(at + 1) * size]);
+        bytes[4 * at..4 * at + 4].copy_from_slice(&texel);
+    };
+    // In place: wide texels from the front and narrow ones from the back overwrite only what has been read.
+    if size > 4 {
+        (0..count).for_each(convert);
+    } else {
+        (0..count).rev().for_each(convert);
+    }
+    texels.truncate(count);
+    texels.shrink_to_fit();
+    Ok(Texture { width, height, texels })
+}
+
+/// A channel of 16 bits, rounded to 8.
+fn high(texel: &[u8], channel: usize) -> u8 {
+    let value = u16::from_ne_bytes([texel[2 * channel], texel[2 * channel + 1]]);
+    ((u32::from(value) + 128) / 257) as u8
 }

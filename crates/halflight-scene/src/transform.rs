@@ -1,49 +1,73 @@
 //! Placing a mesh in the world.
 
-use glam::{DMat3, DVec3, EulerRot, Vec3};
+use glam::{DMat3, DVec3, EulerRot};
 use halflight_core::scene::Mesh;
 
-/// Scale, then rotation, then translation, from mesh space to world space.
+use crate::model::ModelMesh;
+
+/// Scale, then rotation, then translation, from model space to world space. All of it is in double precision, and positions
+/// are rounded once, behind it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Transform {
-    pub(crate) translate: Vec3,
+    pub(crate) translate: DVec3,
     /// Degrees about x, then y, then z, counter-clockwise as seen from the tip of the axis.
-    pub(crate) rotate_deg: Vec3,
+    pub(crate) rotate_deg: DVec3,
     /// Factor along each axis of the mesh; not zero. A negative product mirrors.
-    pub(crate) scale: Vec3,
+    pub(crate) scale: DVec3,
 }
 
 impl Default for Transform {
     fn default() -> Self {
-        Self { translate: Vec3::ZERO, rotate_deg: Vec3::ZERO, scale: Vec3::ONE }
+        Self { translate: DVec3::ZERO, rotate_deg: DVec3::ZERO, scale: DVec3::ONE }
     }
 }
 
 impl Transform {
-    /// Rotation times scale, in double precision so that a far translation is rounded only once.
+    /// Rotation times scale.
     fn linear(&self) -> DMat3 {
-        let angles = self.rotate_deg.as_dvec3().map(f64::to_radians);
+        let angles = self.rotate_deg.map(f64::to_radians);
         // x first, z last: the matrix product reads from right to left.
         let rotation = DMat3::from_euler(EulerRot::ZYX, angles.z, angles.y, angles.x);
-        rotation * DMat3::from_diagonal(self.scale.as_dvec3())
+        rotation * DMat3::from_diagonal(self.scale)
     }
 
-    /// Moves `mesh` to world space. Normals go by the inverse transpose and stay unit (zero stays zero,
-    /// "to be computed"); a mirrored mesh has its triangles turned, so that they face outwards as before.
+    /// Moves a mesh of a file to world space.
+    pub(crate) fn place(&self, mesh: ModelMesh) -> Mesh {
+        let linear = self.linear();
+        let place = |&position: &DVec3| (linear * position + self.translate).as_vec3();
+        let positions = if *self == Self::default() {
+            mesh.positions.iter().map(|position| position.as_vec3()).collect()
+        } else {
+            mesh.positions.iter().map(place).collect()
+        };
+        let mut mesh = mesh.into_mesh(positions);
+        self.turn(&mut mesh);
+        mesh
+    }
+
+    /// Moves a mesh of single precision to world space.
     pub(crate) fn apply(&self, mesh: &mut Mesh) {
         if *self == Self::default() {
             return;
         }
         let linear = self.linear();
-        let translate = self.translate.as_dvec3();
         for position in &mut mesh.positions {
-            *position = (linear * position.as_dvec3() + translate).as_vec3();
+            *position = (linear * position.as_dvec3() + self.translate).as_vec3();
         }
-        let normal_matrix = linear.inverse().transpose();
+        self.turn(mesh);
+    }
+
+    /// Moves normals by the inverse transpose, so that they stay unit (zero stays zero, "to be computed"), and turns the
+    /// triangles of a mirrored mesh, so that they face outwards as before.
+    fn turn(&self, mesh: &mut Mesh) {
+        if *self == Self::default() {
+            return;
+        }
+        let normal_matrix = self.linear().inverse().transpose();
         for normal in &mut mesh.normals {
             *normal = (normal_matrix * normal.as_dvec3()).try_normalize().unwrap_or(DVec3::ZERO).as_vec3();
         }
-        if linear.determinant() < 0.0 {
+        if self.scale.is_negative_bitmask().count_ones() % 2 == 1 {
             for triangle in &mut mesh.triangles {
                 triangle.swap(1, 2);
             }

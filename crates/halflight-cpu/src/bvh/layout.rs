@@ -9,6 +9,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
+use super::crowds::Crowds;
 use crate::occluder::{Block, Vector};
 use crate::simd::Lanes;
 
@@ -107,12 +108,14 @@ pub(super) fn build(mesh: &Mesh, padding: f32) -> (Vec<Node>, Vec<Block>) {
     if mesh.triangles.is_empty() {
         return (Vec::new(), Vec::new());
     }
+    let crowds = Crowds::of(mesh);
     let boxes: Vec<Aabb> = (0..mesh.triangle_count())
         .map(|triangle| {
-            let [a, b, c] = mesh.corners(triangle);
-            Aabb::new(a.min(b).min(c).into(), a.max(b).max(c).into())
+            let (low, high) = crowds.bounds(triangle);
+            Aabb::new(low.into(), high.into())
         })
         .collect();
+    drop(crowds);
     let parameters = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
     let binary = build_bvh2(&boxes, parameters, &mut Duration::default());
     Flattener::new(mesh, &binary, padding).run()

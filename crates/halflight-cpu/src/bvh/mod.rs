@@ -6,6 +6,7 @@
 //! agree hit for hit, whatever the instruction set.
 
 mod bundle;
+mod crowds;
 mod layout;
 mod nearest;
 mod rays;
@@ -22,6 +23,7 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 use halflight_core::scene::{Mesh, MeshError};
 
+pub use crowds::Crowds;
 pub use rays::BvhRays;
 
 pub(crate) use bundle::{Bundle, RAYS};

@@ -1,0 +1,32 @@
+//! State that the meshes of a scene share while it is loaded.
+
+use std::collections::{HashMap, HashSet};
+use std::path::PathBuf;
+use std::rc::Rc;
+
+use crate::folders::Folders;
+use crate::mtl::Library;
+use crate::texture::TextureStore;
+
+/// Largest number of vertices and of triangles: what the renderer can index, with triangle corners in 32 bits.
+pub(crate) const MAX_COUNT: usize = (u32::MAX / 4) as usize;
+
+/// State that the meshes of a scene share while it is loaded.
+#[derive(Default)]
+pub(crate) struct Context {
+    pub(crate) folders: Folders,
+    pub(crate) textures: TextureStore,
+    /// Material libraries that were read, each once.
+    pub(crate) libraries: HashMap<PathBuf, Rc<Library>>,
+    pub(crate) warnings: Vec<String>,
+    said: HashSet<String>,
+}
+
+impl Context {
+    /// Records `warning` unless it has been said.
+    pub(crate) fn warn(&mut self, warning: String) {
+        if self.said.insert(warning.clone()) {
+            self.warnings.push(warning);
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Meshes in the coordinates of their files.
+
+use glam::{DVec3, Vec2, Vec3};
+use halflight_core::scene::{Material, Mesh};
+
+use crate::faces::Faces;
+use crate::polygon::triangulate;
+
+/// A mesh in model space, positions in double precision: files of surveys have coordinates that single precision rounds to
+/// half a metre, and only the transform of the scene file brings them near the origin.
+#[derive(Clone, Default)]
+pub(crate) struct ModelMesh {
+    pub(crate) positions: Vec<DVec3>,
+    /// Unit normals; zero where one is to be computed.
+    pub(crate) normals: Vec<Vec3>,
+    pub(crate) uvs: Vec<Vec2>,
+    /// Corners are vertices. Faces become triangles only in world space, so that no rounding turns one around.
+    pub(crate) faces: Faces<u32>,
+    /// Numbers of faces, and the material from there on; the first is 0.
+    pub(crate) runs: Vec<(usize, u32)>,
+    pub(crate) materials: Vec<Material>,
+}
+
+impl ModelMesh {
+    /// The materials of faces, which are asked for in order.
+    pub(crate) fn material_of(&self) -> impl FnMut(usize) -> u32 {
+        let mut runs = self.runs.iter().peekable();
+        let mut current = 0;
+        move |face| {
+            while let Some(&(_, material)) = runs.next_if(|(start, _)| *start <= face) {
+                current = material;
+            }
+            current
+        }
+    }
+
+    /// Removes faces with a position that is not finite. Returns how many they are, and the first such vertex.
+    pub(crate) fn drop_faces_that_are_not_finite(&mut self) -> Option<(usize, u32)> {
+        if self.positions.iter().all(|position| position.is_finite()) {
+            return None;
+        }
+        let mut dropped = None;
+        let mut faces = Faces::default();
+        let mut runs: Vec<(usize, u32)> = Vec::new();
+        let mut material = self.material_of();
+        for (number, corners) in self.faces.iter().enumerate() {
+            let bad = corners.iter().find(|&&vertex| !self.positions[vertex as usize].is_finite());
+            if let Some(&vertex) = bad {
+                dropped.get_or_insert((0, vertex)).0 += 1;
+                continue;
+            }
+            let material = material(number);
+            if runs.last().is_none_or(|&(_, last)| last != material) {
+                runs.push((faces.count(), material));
+            }
+            faces.push(corners);
+        }
+        drop(material);
+        self.faces = faces;
+        self.runs = runs;
+        dropped
+    }
+
+    /// Replaces texture coordinates that are not finite by zero, so that nothing that looks a texture up has to care.
+    /// Returns whether a face with a texture used one of them.
+    pub(crate) fn replace_uvs_that_are_not_finite(&mut self) -> bool {
+        if self.uvs.iter().all(|uv| uv.is_finite()) {
+            return false;
+        }
+        let mut material = self.material_of();
+        let used = self.faces.iter().enumerate().any(|(number, corners)| {
+            let textured = self.materials[material(number) as usize].texture.is_some();
+            textured && corners.iter().any(|&vertex| !self.uvs[vertex as usize].is_finite())
+        });
+        drop(material);
+        for uv in self.uvs.iter_mut().filter(|uv| !uv.is_finite()) {
+            *uv = Vec2::ZERO;
+        }
+        used
+    }
+
+    /// The triangles of the mesh, with `positions` in place of its own.
+    pub(crate) fn into_mesh(self, positions: Vec<Vec3>) -> Mesh {
+        let mut triangles = Vec::with_capacity(self.faces.triangles());
+        let mut material_ids = Vec::with_capacity(self.faces.triangles());
+        let mut material = self.material_of();
+        for (number, corners) in self.faces.iter().enumerate() {
+            triangulate(corners, &positions, &mut triangles);
+            material_ids.resize(triangles.len(), material(number));
+        }
+        drop(material);
+        Mesh {
+            positions,
+            normals: self.normals,
+            uvs: self.uvs,
+            triangles,
+            material_ids,
+            materials: self.materials,
+            textures: Vec::new(),
+        }
+    }
+}
