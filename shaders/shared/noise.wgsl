@@ -5,6 +5,9 @@
 // Expected squared error over the share of neighbouring samples that differ, as on the CPU.
 const NOISE: f32 = 0.12;
 
+// What it grows by, as a share, where all samples of the rarer kind lie alone, as on the CPU.
+const ALONE: f32 = 1.1;
+
 struct Noise {
     // Expected squared error of the visible fraction.
     variance: f32,
@@ -49,7 +52,9 @@ fn query_noise(query: u32) -> Noise {
     if lit == 0u || lit == count {
         return Noise(0.0, 0.0);
     }
-    return Noise(NOISE * f32(differ) / f32(count * count), f32(differ) / f32(max(pairs, 1u)));
+    let alone = clamp((f32(differ) / f32(min(lit, count - lit)) - 1.0) / 3.0, 0.0, 1.0);
+    let variance = NOISE * (1.0 + ALONE * alone) * f32(differ) / f32(count * count);
+    return Noise(variance, f32(differ) / f32(max(pairs, 1u)));
 }
 
 // The bits `by` places on, from 1 to 31.

@@ -8,6 +8,10 @@ use halflight_core::pattern::{Pattern, PatternKind};
 /// square, a sixth over all p; an oblique one cuts more, but many of them near a corner.
 const NOISE: f64 = 0.12;
 
+/// What [`NOISE`] grows by, as a share, where all samples of the rarer kind lie alone: things that are thinner than a stratum
+/// hide them. Their number is then its own expected squared error, with four differing neighbours each.
+const ALONE: f64 = 1.1;
+
 /// Share of differing neighbours at which samples are as good as independent: foliage. Then the error falls as the number of
 /// samples, and not as its power of 1.5 as at an edge.
 const INDEPENDENT: f64 = 0.35;
@@ -25,6 +29,10 @@ const NOISE_SHARE: f64 = 0.6;
 /// Samples along one side of the light, fewest and most. Fewer than 16 miss too much, more than 1,024 cost more than any
 /// picture shows.
 const SIDES: std::ops::RangeInclusive<u16> = 4..=32;
+
+/// Samples along one side at least where every pixel is traced: rays of one receiver travel together, and these cost no more
+/// than fewer.
+const EVERY: u16 = 6;
 
 /// Samples along one side in a trial, and of what every receiver is asked where more than [`ONCE`] are due: receivers in the
 /// penumbra get these.
@@ -75,6 +83,9 @@ impl Budget {
 
     /// Most samples along one side of the light that every receiver is asked for at once.
     pub const ONCE: u16 = ONCE;
+
+    /// Fewest samples along one side of the light where every pixel is traced.
+    pub const EVERY: u16 = EVERY;
 
     /// Share of the receivers in cells of a level, from 0 on, that are still to be looked at, from which on all are traced: the
     /// finer levels and what they have to remember cost more than they save, and what is small enough to tear up so much of
@@ -161,7 +172,7 @@ impl Plan {
             full: square(kind, side),
             error: budget.error(side),
             least: Budget::least(side),
-            every: square(kind, side_for(f64::from(target))),
+            every: square(kind, side_for(f64::from(target)).max(EVERY)),
             energy: energy / trial.len().max(1) as f64,
         }
     }
@@ -254,15 +265,15 @@ impl Neighbours {
     /// differ.
     pub(super) fn variance(&self, batch: &MaskBatch, query: usize) -> (f32, f32) {
         let (wanted, visible) = (batch.wanted(query), batch.visible(query));
-        let (mut lit, mut unlit, mut count) = (0, 0, 0);
+        let (mut lit, mut count) = (0, 0);
         for (&wanted, &visible) in wanted.iter().zip(visible) {
-            lit |= wanted & visible;
-            unlit |= wanted & !visible;
+            lit += (wanted & visible).count_ones();
             count += wanted.count_ones();
         }
-        if lit == 0 || unlit == 0 {
+        if lit == 0 || lit == count {
             return (0.0, 0.0);
         }
+        let rarer = f64::from(lit.min(count - lit));
         let (mut pairs, mut differ) = (0, 0);
         for word in 0..wanted.len() {
             let both = wanted[word] & later(wanted, word, 1) & self.inner[word];
@@ -273,8 +284,16 @@ impl Neighbours {
             differ += (both & (visible[word] ^ later(visible, word, self.columns))).count_ones();
         }
         let (count, differ) = (f64::from(count), f64::from(differ));
-        ((NOISE * differ / (count * count)) as f32, (differ / f64::from(pairs.max(1))) as f32)
+        let alone = alone(differ, rarer);
+        let variance = NOISE * (1.0 + ALONE * alone) * differ / (count * count);
+        (variance as f32, (differ / f64::from(pairs.max(1))) as f32)
     }
+}
+
+/// How much of the samples of the rarer kind lies alone, 0 … 1, by how many neighbours differ: at most four of each, and one
+/// of each along the edges of larger groups.
+fn alone(differ: f64, rarer: f64) -> f64 {
+    ((differ / rarer - 1.0) / 3.0).clamp(0.0, 1.0)
 }
 
 /// A word of a mask whose samples are those `by` places on, up to 64.
@@ -328,6 +347,34 @@ mod tests {
     }
 
     #[test]
+    fn the_noise_of_what_is_thinner_than_a_stratum_is_predicted() {
+        for side in [6, 8, 16] {
+            let (mut expected, mut found) = (0.0, 0.0);
+            for key in 0..4000u32 {
+                let pattern = square(PatternKind::Jittered, side);
+                let mut batch = MaskBatch::default();
+                batch.reset(0, pattern, Purpose::Final);
+                batch.push(Vec3::ZERO, Vec3::Y, 0, key, None);
+                let (parts, mut seen) = (batch.parts(), 0);
+                // Two bars of a hundredth each that lie askew.
+                let (width, place) = (0.01, 0.2 + 0.5 * key as f32 / 4000.0);
+                for index in 0..pattern.len() {
+                    let at = pattern.position(index, key);
+                    let bar = |from: f32| (from..from + width).contains(&(at.x + 0.1 * (at.y - 0.5)));
+                    if !bar(place) && !bar(place + 0.2) {
+                        parts.visible[index / 64] |= 1 << (index % 64);
+                        seen += 1;
+                    }
+                }
+                expected += f64::from(Neighbours::new(pattern).variance(&batch, 0).0);
+                found += (f64::from(seen) / pattern.len() as f64 - 1.0 + 2.0 * f64::from(width)).powi(2);
+            }
+            let ratio = expected / found;
+            assert!((0.6..1.6).contains(&ratio), "{side}: {ratio}");
+        }
+    }
+
+    #[test]
     fn neighbours_are_those_of_the_pattern() {
         for (columns, rows) in [(8, 8), (7, 7), (5, 9), (64, 3), (1, 70), (16, 16), (31, 31)] {
             let pattern = Pattern { kind: PatternKind::Jittered, columns, rows };
@@ -352,7 +399,10 @@ mod tests {
             let (variance, torn) = Neighbours::new(pattern).variance(&batch, 0);
             let count = pattern.len() as f64;
             assert_eq!(torn, (f64::from(differ) / f64::from(pairs)) as f32, "{pattern:?}");
-            assert_eq!(variance, (NOISE * f64::from(differ) / (count * count)) as f32, "{pattern:?}");
+            let lit = (0..pattern.len()).filter(|&index| seen(index)).count();
+            let alone = alone(f64::from(differ), lit.min(pattern.len() - lit) as f64);
+            let expected = NOISE * (1.0 + ALONE * alone) * f64::from(differ) / (count * count);
+            assert_eq!(variance, expected as f32, "{pattern:?}");
         }
     }
 
