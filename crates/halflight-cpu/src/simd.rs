@@ -43,6 +43,10 @@ pub(crate) trait Lanes: Copy {
     /// Random places of samples in their strata, by their whole indices: `unit_pair(sample_bits(key, index))` of
     /// [`halflight_core::hash`].
     fn jitter(key: u32, index: Self) -> (Self, Self);
+    /// The least of all lanes, none of them NaN.
+    fn least(self) -> f32;
+    /// The greatest of all lanes, none of them NaN.
+    fn greatest(self) -> f32;
     fn lt(self, other: Self) -> u32;
     fn le(self, other: Self) -> u32;
 }
@@ -57,6 +61,9 @@ pub(crate) trait Simd: 'static {
     /// Runs a kernel as a function of its own: code that several kernels share is then compiled once for each
     /// instruction set.
     fn call<K: Kernel>(kernel: K) -> K::Output;
+
+    /// The lowest bits of `bits`, put where `mask` has bits.
+    fn deposit(bits: u64, mask: u64) -> u64;
 }
 
 /// Work that is compiled for every instruction set. `run` and what it calls must be `#[inline(always)]`.

@@ -8,6 +8,9 @@ use crate::simd::{Lanes, Simd};
 /// Rays of a bundle.
 pub(crate) const RAYS: usize = 64;
 
+/// Rays of a group: neighbours in a bundle, of which bounds are known.
+pub(super) const GROUP: usize = 16;
+
 /// Up to 64 rays from one origin.
 #[derive(Clone)]
 pub(crate) struct Bundle {
@@ -19,6 +22,9 @@ pub(crate) struct Bundle {
     pub(super) inverse: [[f32; RAYS]; 3],
     pub(super) low: Vec3,
     pub(super) high: Vec3,
+    /// Bounds of the directions of each group.
+    pub(super) lows: [Vec3; RAYS / GROUP],
+    pub(super) highs: [Vec3; RAYS / GROUP],
 }
 
 impl Bundle {
@@ -31,6 +37,8 @@ impl Bundle {
             inverse: [[0.0; RAYS]; 3],
             low: Vec3::ZERO,
             high: Vec3::ZERO,
+            lows: [Vec3::ZERO; RAYS / GROUP],
+            highs: [Vec3::ZERO; RAYS / GROUP],
         }
     }
 
@@ -57,15 +65,23 @@ impl Bundle {
         }
     }
 
-    /// Adds a shadow ray that stops at `end` unless there are 64.
+    /// Starts anew with shadow rays that stop at the first `count` ends, which [`Bundle::ends_mut`] has been given.
     #[inline(always)]
-    pub(super) fn push_end(&mut self, end: Vec3) {
-        if self.count < RAYS {
-            for axis in 0..3 {
-                self.ends[axis][self.count] = end[axis];
+    pub(super) fn set_ends<S: Simd>(&mut self, origin: Vec3, count: usize) {
+        (self.origin, self.count) = (origin, count.min(RAYS));
+        for axis in 0..3 {
+            let origin = S::Wide::splat(origin[axis]);
+            for at in (0..self.count).step_by(S::Wide::WIDTH) {
+                S::Wide::load(&self.ends[axis][at..]).sub(origin).store(&mut self.d[axis][at..]);
             }
         }
-        self.push(end - self.origin);
+        self.finish::<S>();
+    }
+
+    /// Where shadow rays end, an array an axis.
+    #[inline(always)]
+    pub(super) fn ends_mut(&mut self) -> &mut [[f32; RAYS]; 3] {
+        &mut self.ends
     }
 
     /// The direction of a ray.
@@ -80,27 +96,30 @@ impl Bundle {
         Vec3::new(self.ends[0][ray], self.ends[1][ray], self.ends[2][ray])
     }
 
-    /// Reciprocals and bounds, once all rays are there. Unused lanes repeat the first ray.
+    /// Reciprocals and bounds, once all rays are there. Unused lanes of the last group repeat its first ray.
     #[inline(always)]
     pub(crate) fn finish<S: Simd>(&mut self) {
         let width = S::Wide::WIDTH;
-        let filled = self.count.next_multiple_of(width);
-        for axis in 0..3 {
-            for ray in self.count..filled {
-                self.d[axis][ray] = self.d[axis][0];
+        let filled = self.count.next_multiple_of(GROUP);
+        (self.low, self.high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for first in (0..filled).step_by(GROUP) {
+            let (mut least, mut most) = (Vec3::ZERO, Vec3::ZERO);
+            for axis in 0..3 {
+                let d = &mut self.d[axis];
+                for ray in self.count.max(first)..first + GROUP {
+                    d[ray] = d[first];
+                }
+                let start = S::Wide::splat(d[first]);
+                let (mut low, mut high) = (start, start);
+                for at in (first..first + GROUP).step_by(width) {
+                    let d = S::Wide::load(&d[at..]);
+                    (low, high) = (low.min(d), high.max(d));
+                    inverse(d).store(&mut self.inverse[axis][at..]);
+                }
+                (least[axis], most[axis]) = (low.least(), high.greatest());
             }
-            let first = S::Wide::splat(self.d[axis][0]);
-            let (mut low, mut high) = (first, first);
-            for at in (0..filled).step_by(width) {
-                let d = S::Wide::load(&self.d[axis][at..]);
-                (low, high) = (low.min(d), high.max(d));
-                inverse(d).store(&mut self.inverse[axis][at..]);
-            }
-            let (mut lows, mut highs) = ([0.0f32; 16], [0.0f32; 16]);
-            low.store(&mut lows);
-            high.store(&mut highs);
-            self.low[axis] = lows[..width].iter().fold(f32::INFINITY, |a, &b| a.min(b));
-            self.high[axis] = highs[..width].iter().fold(f32::NEG_INFINITY, |a, &b| a.max(b));
+            (self.lows[first / GROUP], self.highs[first / GROUP]) = (least, most);
+            (self.low, self.high) = (self.low.min(least), self.high.max(most));
         }
     }
 }

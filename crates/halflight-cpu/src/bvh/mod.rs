@@ -11,6 +11,7 @@ mod layout;
 mod nearest;
 mod rays;
 mod refit;
+#[allow(missing_docs)]
 mod shadow;
 mod single;
 mod slab;

@@ -14,7 +14,6 @@ use rayon::prelude::*;
 
 use super::Bvh;
 use super::bundle::{Bundle, RAYS};
-use super::shadow::ALONE;
 use super::stack::Stacks;
 use crate::samples::{LANES, positions};
 use crate::shaft::Prover;
@@ -22,9 +21,6 @@ use crate::simd::{Isa, Kernel, Simd};
 
 /// Queries that one task answers: as many as a bundle has rays.
 const CHUNK: usize = RAYS;
-
-/// Receivers that trace their few rays one by one after one for which they were too many as a bundle.
-const CAUTIOUS: u32 = 15;
 
 /// How many diagonals of the mesh a light may be away for rays to start from it.
 const NEAR: f32 = 4.0;
@@ -121,28 +117,69 @@ impl Chunk<'_> {
         first..first + count
     }
 
-    /// Fills `bundle` with the rays of the wanted samples in one word of a mask, and `bits` with their places in it.
+    /// Fills `bundle` with the rays of the wanted samples in one word of a mask, and `bits` with their places in it. Samples
+    /// that lie close together on the light follow each other where the word holds a square of them.
     #[inline(always)]
     fn gather<S: Simd>(&self, bundle: &mut Bundle, bits: &mut [u8; 64], query: usize, word: usize) {
         let wanted = self.wanted[query * self.words + word];
         let Query { origin, key, .. } = self.queries[query];
-        bundle.clear(origin);
+        let square = self.pattern.columns == 8;
+        let order = if square { &SQUARES } else { &IN_ORDER };
+        let mut places = [[0.0f32; 64]; 3];
         for group in 0..64 / LANES {
-            let mut left = wanted >> (group * LANES) & ((1 << LANES) - 1);
-            if left == 0 {
-                continue;
-            }
-            let places = positions::<S::Wide>(self.light, self.pattern, key, word * 64 + group * LANES);
-            while left != 0 {
-                let lane = left.trailing_zeros() as usize;
-                left &= left - 1;
-                bits[bundle.count()] = (group * LANES + lane) as u8;
-                bundle.push_end(Vec3::new(places[0][lane], places[1][lane], places[2][lane]));
+            if wanted >> (group * LANES) & ((1 << LANES) - 1) != 0 {
+                let sixteen = positions::<S::Wide>(self.light, self.pattern, key, word * 64 + group * LANES);
+                for (to, from) in places.iter_mut().zip(&sixteen) {
+                    to[group * LANES..(group + 1) * LANES].copy_from_slice(from);
+                }
             }
         }
-        bundle.finish::<S>();
+        if wanted == u64::MAX {
+            *bits = *order;
+            for (to, from) in bundle.ends_mut().iter_mut().zip(&places) {
+                for (to, &first) in to.as_chunks_mut::<4>().0.iter_mut().zip(order.iter().step_by(4)) {
+                    to.copy_from_slice(&from[usize::from(first)..usize::from(first) + 4]);
+                }
+            }
+            bundle.set_ends::<S>(origin, 64);
+            return;
+        }
+        let mut count = 0;
+        for &bit in order {
+            if wanted >> bit & 1 != 0 {
+                bits[count] = bit;
+                for (to, from) in bundle.ends_mut().iter_mut().zip(&places) {
+                    to[count] = from[usize::from(bit)];
+                }
+                count += 1;
+            }
+        }
+        bundle.set_ends::<S>(origin, count);
     }
 }
+
+/// The samples of a word as they follow each other.
+const IN_ORDER: [u8; 64] = {
+    let mut order = [0; 64];
+    let mut at = 0;
+    while at < 64 {
+        order[at] = at as u8;
+        at += 1;
+    }
+    order
+};
+
+/// The samples of a word of eight rows and eight columns, four rows and four columns at a time.
+const SQUARES: [u8; 64] = {
+    let mut order = [0; 64];
+    let mut at = 0;
+    while at < 64 {
+        let (square, row, column) = (at / 16, at / 4 % 4, at % 4);
+        order[at] = (square / 2 * 32 + row * 8 + square % 2 * 4 + column) as u8;
+        at += 1;
+    }
+    order
+};
 
 /// A chunk in bundles of rays that share an end.
 struct Together<'a>(Chunk<'a>);
@@ -181,13 +218,11 @@ pub(crate) struct Tracer {
     /// Which sample or which query of a run each ray belongs to.
     bits: [u8; 64],
     stacks: Stacks,
-    /// Receivers with few rays for which no bundle is tried.
-    cautious: u32,
 }
 
 impl Tracer {
     pub(crate) fn new() -> Self {
-        Self { bundle: Bundle::new(), bits: [0; 64], stacks: Stacks::new(), cautious: 0 }
+        Self { bundle: Bundle::new(), bits: [0; 64], stacks: Stacks::new() }
     }
 
     /// All rays of a receiver in one word of its mask.
@@ -197,17 +232,7 @@ impl Tracer {
         let mut visible = chunk.wanted[slot];
         if visible != 0 {
             chunk.gather::<S>(&mut self.bundle, &mut self.bits, query, word);
-            let few = visible.count_ones() <= ALONE;
-            let mut occluded = if few && self.cautious > 0 {
-                self.cautious -= 1;
-                chunk.bvh.occluded_singly::<S>(&self.bundle, &mut self.stacks)
-            } else {
-                let occluded = chunk.bvh.occluded::<S>(&self.bundle, &mut self.stacks);
-                if few && self.stacks.dense {
-                    self.cautious = CAUTIOUS;
-                }
-                occluded
-            };
+            let mut occluded = chunk.bvh.occluded::<S>(&self.bundle, &mut self.stacks);
             while occluded != 0 {
                 visible &= !(1 << self.bits[occluded.trailing_zeros() as usize]);
                 occluded &= occluded - 1;
@@ -235,14 +260,17 @@ impl Tracer {
                 let lane = left.trailing_zeros() as usize;
                 left &= left - 1;
                 let sample = 1 << (group * LANES + lane);
-                self.bundle.clear(Vec3::new(places[0][lane], places[1][lane], places[2][lane]));
+                let mut count = 0;
                 for query in run.clone() {
                     if chunk.wanted[query * chunk.words + word] & sample != 0 {
-                        self.bits[self.bundle.count()] = (query - run.start) as u8;
-                        self.bundle.push_end(chunk.queries[query].origin);
+                        self.bits[count] = (query - run.start) as u8;
+                        for (axis, ends) in self.bundle.ends_mut().iter_mut().enumerate() {
+                            ends[count] = chunk.queries[query].origin[axis];
+                        }
+                        count += 1;
                     }
                 }
-                self.bundle.finish::<S>();
+                self.bundle.set_ends::<S>(Vec3::new(places[0][lane], places[1][lane], places[2][lane]), count);
                 let mut occluded = chunk.bvh.occluded::<S>(&self.bundle, &mut self.stacks);
                 while occluded != 0 {
                     let query = run.start + usize::from(self.bits[occluded.trailing_zeros() as usize]);

@@ -7,11 +7,11 @@
 //! get box tests of their own.
 
 use super::Bvh;
-use super::bundle::Bundle;
-use super::layout::Child;
+use super::bundle::{Bundle, GROUP, RAYS};
+use super::layout::{Child, Node};
 use super::slab::{Shaft, enters};
 use super::stack::{Stacks, push_near_last};
-use crate::occluder::{Block, Planes, Vector, exact};
+use crate::occluder::{Block, Facets, Planes, Spokes, Vector, exact};
 use crate::simd::{Kernel, Lanes, Simd};
 
 /// Rays for each node or block that a bundle visits as a whole before its rays have box tests of their own.
@@ -20,8 +20,15 @@ const RAYS_A_VISIT: usize = 2;
 /// Nodes and blocks that a bundle visits as a whole at least.
 const VISITS: usize = 16;
 
-/// Rays so few that they are quicker by themselves: alone, each tests eight boxes at once.
-pub(super) const ALONE: u32 = 4;
+/// Rays so few that each is tested against eight boxes at once, and not each box against vectors of rays.
+const FEW: u32 = 8;
+const COARSE: u32 = 3;
+const DIRECT: u32 = 10;
+
+/// Costs, in cycles: of a ray against eight triangles, of a triangle against a group of rays, and of taking up a triangle.
+const RAY: u32 = 22;
+const PAIR: u32 = 17;
+const TRIANGLE: u32 = 12;
 
 /// The bits of the first `count` rays.
 #[inline(always)]
@@ -44,34 +51,43 @@ impl Bvh {
         let shaft = Shaft::new(bundle.origin, bundle.low, bundle.high);
         let all = first(bundle.count);
         let mut alive = all;
-        let mut budget = (bundle.count / RAYS_A_VISIT).max(VISITS);
-        stacks.dense = false;
-        stacks.whole[0] = 0;
+        let mut budget = COARSE;
+        stacks.split[0] = (0, alive);
         let mut waiting = 1;
         while waiting > 0 {
             waiting -= 1;
-            let child = stacks.whole[waiting];
-            if budget == 0 {
-                stacks.dense = true;
-                alive = self.split::<S>(child, bundle, &shaft, alive, stacks);
+            let (index, rays) = stacks.split[waiting];
+            let rays = rays & alive;
+            if rays == 0 {
+                continue;
+            }
+            let node = &self.nodes[index as usize];
+            let coarse = budget > 0;
+            budget = budget.saturating_sub(1);
+            let few = rays.count_ones() <= FEW;
+            let (mask, by_slot) = if few {
+                entered_by_rays::<S>(node, bundle, rays)
             } else {
-                budget -= 1;
-                match Child::decode(child) {
-                    Child::Node(index) => {
-                        let node = &self.nodes[index as usize];
-                        let (low, high) = node.bounds::<S::Eight>();
-                        let (mask, enter) = shaft.enters(low, high, 1.0);
-                        waiting =
-                            push_near_last(node, mask & node.occupied(), enter, &mut stacks.whole, waiting);
+                let (low, high) = node.bounds::<S::Eight>();
+                (shaft.enters(low, high, 1.0).0 & node.occupied(), 0)
+            };
+            let mut left = mask;
+            while left != 0 {
+                let slot = left.trailing_zeros() as usize;
+                left &= left - 1;
+                match Child::decode(node.child(slot)) {
+                    Child::Node(child) => {
+                        let inside = if few { S::deposit(by_slot >> (8 * slot) & 0xff, rays) } else if coarse { rays } else { entered::<S>(node, slot, bundle, rays) };
+                        if inside != 0 {
+                            stacks.split[waiting] = (child, inside);
+                            waiting += 1;
+                        }
                     }
-                    Child::Block(index) => {
-                        alive = self.shadow_block::<S>(
-                            &self.blocks[index as usize],
-                            bundle,
-                            &shaft,
-                            alive,
-                            alive,
-                        );
+                    Child::Block(child) => {
+                        let inside = if few { S::deposit(by_slot >> (8 * slot) & 0xff, rays) & alive } else { entered::<S>(node, slot, bundle, rays & alive) };
+                        if inside != 0 {
+                            alive = self.shadow_block::<S>(&self.blocks[child as usize], bundle, alive, inside);
+                        }
                     }
                 }
             }
@@ -93,119 +109,140 @@ impl Bvh {
         occluded
     }
 
-    /// The rays out of `alive` that everything under `root` leaves, when it is too dense for the bundle as a whole: every
-    /// ray has its own box tests, and rays that are left nearly alone go on by themselves.
-    #[inline(always)]
-    fn split<S: Simd>(
-        &self,
-        root: u32,
-        bundle: &Bundle,
-        shaft: &Shaft,
-        mut alive: u64,
-        stacks: &mut Stacks,
-    ) -> u64 {
-        let width = S::Wide::WIDTH;
-        let origin = Vector::<S::Wide>::splat(bundle.origin);
-        let end = S::Wide::splat(1.0);
-        stacks.split[0] = (root, alive);
-        let mut waiting = 1;
-        while waiting > 0 {
-            waiting -= 1;
-            let (child, mut rays) = stacks.split[waiting];
-            rays &= alive;
-            if rays == 0 {
-                continue;
-            }
-            if rays.count_ones() <= ALONE {
-                while rays != 0 {
-                    let ray = rays.trailing_zeros() as usize;
-                    rays &= rays - 1;
-                    if self.occludes::<S>(child, bundle.origin, bundle.end(ray), &mut stacks.single) {
-                        alive &= !(1 << ray);
-                    }
-                }
-                continue;
-            }
-            match Child::decode(child) {
-                Child::Node(index) => {
-                    let node = &self.nodes[index as usize];
-                    let (low, high) = node.bounds::<S::Eight>();
-                    let (mask, enter) = shaft.enters(low, high, 1.0);
-                    let mut left = mask & node.occupied();
-                    let mut distances = [0.0f32; 8];
-                    enter.store(&mut distances);
-                    let (bottom, mut nearest, mut least) = (waiting, waiting, f32::INFINITY);
-                    while left != 0 {
-                        let slot = left.trailing_zeros() as usize;
-                        left &= left - 1;
-                        let (low, high) = node.child_bounds::<S::Wide>(slot);
-                        let mut inside = 0;
-                        for at in (0..bundle.count).step_by(width) {
-                            let some = (rays >> at) as u32 & S::Wide::ALL;
-                            if some != 0 {
-                                let inverse = Vector::load(&bundle.inverse, at);
-                                inside |= u64::from(some & enters(low, high, origin, inverse, end).0) << at;
-                            }
-                        }
-                        if inside != 0 {
-                            stacks.split[waiting] = (node.child(slot), inside);
-                            if distances[slot] < least {
-                                (nearest, least) = (waiting, distances[slot]);
-                            }
-                            waiting += 1;
-                        }
-                    }
-                    if waiting > bottom {
-                        stacks.split.swap(nearest, waiting - 1);
-                    }
-                }
-                Child::Block(index) => {
-                    alive = self.shadow_block::<S>(&self.blocks[index as usize], bundle, shaft, alive, rays);
-                }
-            }
-        }
-        alive
-    }
-
     /// The rays out of `alive` that a block leaves when those in `rays` are tested.
+    ///
+    /// The planes of its triangles are set up once. Triangles out of a group's reach are dropped; what is left is tested
+    /// triangle by triangle against vectors of rays, or ray by ray against all eight triangles, whichever is less.
     #[inline(always)]
-    fn shadow_block<S: Simd>(
-        &self,
-        block: &Block,
-        bundle: &Bundle,
-        shaft: &Shaft,
-        alive: u64,
-        rays: u64,
-    ) -> u64 {
-        let mut planes = Planes::new();
-        let mut within = shaft.within::<S>(block, &mut planes);
-        let width = S::Wide::WIDTH;
-        let mut left = rays;
-        while within != 0 && left != 0 {
-            let lane = within.trailing_zeros() as usize;
-            within &= within - 1;
-            let facet = planes.facet::<S::Wide>(lane);
-            for at in (0..bundle.count).step_by(width) {
-                let some = (left >> at) as u32 & S::Wide::ALL;
-                if some == 0 {
-                    continue;
-                }
-                let (may, surely) = facet.shadow(Vector::load(&bundle.d, at));
-                if some & may != 0 {
-                    left &= !(u64::from(some & surely) << at);
-                    let mut open = some & may & !surely;
-                    while open != 0 {
-                        let ray = at + open.trailing_zeros() as usize;
-                        open &= open - 1;
-                        if exact::meets(bundle.origin, bundle.end(ray), block.triangle_corners(lane)) {
-                            left &= !(1 << ray);
-                        }
-                    }
-                }
+    fn shadow_block<S: Simd>(&self, block: &Block, bundle: &Bundle, alive: u64, rays: u64) -> u64 {
+        let reach = bundle.low.abs().max(bundle.high.abs());
+        if rays.count_ones() <= DIRECT {
+            return alive & !hidden_by_rays::<S>(block, Vector::splat(reach), bundle, rays);
+        }
+        let facets = Facets::<S::Eight>::new(block, bundle.origin, Vector::splat(reach));
+        let mut within = [0u32; RAYS / GROUP];
+        let mut any = 0;
+        for (group, within) in within.iter_mut().enumerate() {
+            if (rays >> (group * GROUP)) as u16 != 0 {
+                let (low, high) = (Vector::splat(bundle.lows[group]), Vector::splat(bundle.highs[group]));
+                *within = facets.reachable(low, high);
+                any |= *within;
             }
         }
-        alive & !(rays & !left)
+        if any == 0 {
+            return alive;
+        }
+        alive & !hidden_by_triangles::<S>(block, &facets, any, &within, bundle, rays)
     }
+}
+
+/// The children that up to eight rays enter, and a byte for each child with a bit for each of the rays that do.
+#[inline(always)]
+fn entered_by_rays<S: Simd>(node: &Node, bundle: &Bundle, rays: u64) -> (u32, u64) {
+    let (low, high) = node.bounds::<S::Eight>();
+    let (origin, end) = (Vector::<S::Eight>::splat(bundle.origin), S::Eight::splat(1.0));
+    let (mut rows, mut shift) = (0u64, 0);
+    let mut left = rays;
+    while left != 0 {
+        let ray = left.trailing_zeros() as usize;
+        left &= left - 1;
+        let children = enters(low, high, origin, Vector::broadcast(&bundle.inverse, ray), end).0 & node.occupied();
+        rows |= u64::from(children) << shift;
+        shift += 8;
+    }
+    let columns = transposed(rows);
+    let mut any = rows | rows >> 32;
+    any |= any >> 16;
+    any |= any >> 8;
+    (any as u32 & 0xff, columns)
+}
+
+/// Exchanges rows and columns of eight times eight bits (Warren, Hacker's Delight 7-3).
+#[inline(always)]
+fn transposed(mut bits: u64) -> u64 {
+    for (shift, mask) in [(7, 0x00aa_00aa_00aa_00aa), (14, 0x0000_cccc_0000_cccc), (28, 0x0000_0000_f0f0_f0f0u64)] {
+        let swap = (bits ^ bits >> shift) & mask;
+        bits ^= swap ^ swap << shift;
+    }
+    bits
+}
+
+/// The rays out of `rays` that enter a node's child.
+#[inline(always)]
+fn entered<S: Simd>(node: &Node, slot: usize, bundle: &Bundle, rays: u64) -> u64 {
+    let (origin, end) = (Vector::<S::Wide>::splat(bundle.origin), S::Wide::splat(1.0));
+    let (low, high) = node.child_bounds::<S::Wide>(slot);
+    let mut inside = 0;
+    for at in (0..bundle.count).step_by(S::Wide::WIDTH) {
+        let some = (rays >> at) as u32 & S::Wide::ALL;
+        if some != 0 {
+            let inverse = Vector::load(&bundle.inverse, at);
+            inside |= u64::from(some & enters(low, high, origin, inverse, end).0) << at;
+        }
+    }
+    inside
+}
+
+/// The rays out of `rays` that meet one of some triangles, a ray at a time.
+#[inline(always)]
+fn hidden_by_rays<S: Simd>(block: &Block, reach: Vector<S::Eight>, bundle: &Bundle, rays: u64) -> u64 {
+    let spokes = Spokes::new(block, bundle.origin, reach);
+    let (mut hidden, mut unsure) = (0, 0);
+    let mut left = rays;
+    while left != 0 {
+        let ray = left.trailing_zeros() as usize;
+        left &= left - 1;
+        let (may, surely) = spokes.shadow(Vector::broadcast(&bundle.d, ray));
+        hidden |= u64::from(surely != 0) << ray;
+        unsure |= u64::from(may & !surely != 0) << ray;
+    }
+    hidden | decide(block, block.occupied(), bundle, unsure & !hidden)
+}
+
+/// The rays out of `rays` that meet one of some triangles, each of which may be met by the groups that have it `within` reach.
+#[inline(always)]
+fn hidden_by_triangles<S: Simd>(
+    block: &Block,
+    facets: &Facets<S::Eight>,
+    mut triangles: u32,
+    within: &[u32; RAYS / GROUP],
+    bundle: &Bundle,
+    rays: u64,
+) -> u64 {
+    let mut planes = Planes::new();
+    planes.set(facets);
+    let (mut left, mut unsure, all) = (rays, 0, triangles);
+    while triangles != 0 && left != 0 {
+        let lane = triangles.trailing_zeros() as usize;
+        triangles &= triangles - 1;
+        let facet = planes.facet::<S::Wide>(lane);
+        for at in (0..bundle.count).step_by(S::Wide::WIDTH) {
+            if within[at / GROUP] >> lane & 1 == 0 {
+                continue;
+            }
+            let (may, surely) = facet.shadow(Vector::load(&bundle.d, at));
+            left &= !(u64::from(surely & may) << at);
+            unsure |= u64::from(may & !surely) << at;
+        }
+    }
+    rays & !left | decide(block, all, bundle, unsure & left)
+}
+
+/// The rays out of `rays` that meet one of some triangles, in exact arithmetic.
+#[inline(always)]
+fn decide(block: &Block, triangles: u32, bundle: &Bundle, rays: u64) -> u64 {
+    if rays == 0 { 0 } else { decide_some(block, triangles, bundle, rays) }
+}
+
+#[cold]
+#[inline(never)]
+fn decide_some(block: &Block, triangles: u32, bundle: &Bundle, rays: u64) -> u64 {
+    let meets = |ray: usize| {
+        (0..8)
+            .filter(|lane| triangles >> lane & 1 != 0)
+            .any(|lane| exact::meets(bundle.origin, bundle.end(ray), block.triangle_corners(lane)))
+    };
+    (0..RAYS).filter(|&ray| rays >> ray & 1 != 0 && meets(ray)).fold(0, |hidden, ray| hidden | 1 << ray)
 }
 
 /// A bundle on its way through the hierarchy.

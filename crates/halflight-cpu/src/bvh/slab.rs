@@ -8,8 +8,8 @@
 
 use glam::Vec3;
 
-use crate::occluder::{Block, Facets, Planes, Vector};
-use crate::simd::{Lanes, Simd};
+use crate::occluder::Vector;
+use crate::simd::Lanes;
 
 /// 1 + 2⁻²⁰: more than the errors of both parameters, of which each has four roundings.
 const LATE: f32 = 1.0 + 1.0 / 1_048_576.0;
@@ -40,8 +40,6 @@ pub(super) fn enters<L: Lanes>(
 #[derive(Clone, Copy)]
 pub(crate) struct Shaft {
     origin: Vec3,
-    low: Vec3,
-    high: Vec3,
     /// Least positive reciprocal direction, or 0.
     rising: [f32; 3],
     /// Greatest negative reciprocal direction, or 0.
@@ -59,8 +57,6 @@ impl Shaft {
     pub(crate) fn new(origin: Vec3, low: Vec3, high: Vec3) -> Self {
         let mut shaft = Self {
             origin,
-            low,
-            high,
             rising: [0.0; 3],
             falling: [0.0; 3],
             leaving: [0.0; 3],
@@ -104,18 +100,5 @@ impl Shaft {
         let enter = low.mul(L::splat(self.rising[axis])).max(high.mul(L::splat(self.falling[axis])));
         let last = if self.downward[axis] { low } else { high };
         (enter, last.mul(L::splat(self.leaving[axis])).max(L::splat(self.stay[axis])))
-    }
-
-    /// Sets up a block and returns the triangles in it that any of the rays may meet at t < 1.
-    #[inline(always)]
-    pub(super) fn within<S: Simd>(&self, block: &Block, planes: &mut Planes) -> u32 {
-        let reach = self.low.abs().max(self.high.abs());
-        let facets = Facets::<S::Eight>::new(block, self.origin, Vector::splat(reach));
-        let (low, high) = (Vector::splat(self.low), Vector::splat(self.high));
-        let within = facets.reachable(low, high);
-        if within != 0 {
-            planes.set(&facets);
-        }
-        within
     }
 }

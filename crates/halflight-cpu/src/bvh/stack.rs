@@ -15,13 +15,11 @@ pub(super) struct Stacks {
     pub(super) split: [(u32, u64); STACK],
     /// Nodes and blocks for one ray.
     pub(super) single: [u32; STACK],
-    /// Whether the last bundle was too much for one.
-    pub(super) dense: bool,
 }
 
 impl Stacks {
     pub(super) fn new() -> Self {
-        Self { whole: [0; STACK], split: [(0, 0); STACK], single: [0; STACK], dense: false }
+        Self { whole: [0; STACK], split: [(0, 0); STACK], single: [0; STACK] }
     }
 }
 

@@ -132,7 +132,7 @@ impl<L: Lanes> Facets<L> {
 /// they have in exact arithmetic. Returns the triangles that have the origin in their plane.
 #[cold]
 #[inline(never)]
-fn decide_sides(block: &Block, origin: Vec3, mut open: u32, distances: &mut [f32; 8]) -> u32 {
+pub(super) fn decide_sides(block: &Block, origin: Vec3, mut open: u32, distances: &mut [f32; 8]) -> u32 {
     let mut flat = 0;
     while open != 0 {
         let lane = open.trailing_zeros() as usize;

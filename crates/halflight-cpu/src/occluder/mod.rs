@@ -12,6 +12,7 @@ mod facet;
 mod over;
 mod points;
 mod rows;
+mod spokes;
 mod vector;
 mod window;
 
@@ -26,6 +27,7 @@ pub(crate) use facet::{Facets, Planes, barycentric, corner_weights};
 pub(crate) use over::OverLight;
 pub(crate) use points::Points;
 pub(crate) use rows::Rows;
+pub(crate) use spokes::Spokes;
 pub(crate) use vector::Vector;
 
 use crate::simd::Simd;

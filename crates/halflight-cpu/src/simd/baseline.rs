@@ -14,6 +14,16 @@ impl Simd for Baseline {
     fn call<K: Kernel>(kernel: K) -> K::Output {
         kernel.run::<Self>()
     }
+
+    fn deposit(bits: u64, mut mask: u64) -> u64 {
+        let (mut put, mut bits) = (0, bits);
+        while mask != 0 {
+            put |= (mask & mask.wrapping_neg()) * (bits & 1);
+            mask &= mask - 1;
+            bits >>= 1;
+        }
+        put
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -115,6 +125,16 @@ impl Lanes for Array {
         }
         (Self(u), Self(v))
     }
+    #[inline(always)]
+    fn least(self) -> f32 {
+        self.0.into_iter().fold(f32::INFINITY, |a, b| if a < b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        self.0.into_iter().fold(f32::NEG_INFINITY, |a, b| if a > b { a } else { b })
+    }
+
     #[inline(always)]
     fn lt(self, other: Self) -> u32 {
         self.bits(other, |a, b| a < b)

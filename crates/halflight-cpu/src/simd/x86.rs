@@ -20,6 +20,12 @@ impl Simd for Avx2 {
         // SAFETY: kernels of this instruction set only run where the processor has it (`Isa::run`).
         unsafe { avx2(kernel) }
     }
+
+    #[inline(always)]
+    fn deposit(bits: u64, mask: u64) -> u64 {
+        // SAFETY: as above.
+        unsafe { _pdep_u64(bits, mask) }
+    }
 }
 
 impl Simd for Avx512 {
@@ -30,6 +36,12 @@ impl Simd for Avx512 {
     fn call<K: Kernel>(kernel: K) -> K::Output {
         // SAFETY: kernels of this instruction set only run where the processor has it (`Isa::run`).
         unsafe { avx512(kernel) }
+    }
+
+    #[inline(always)]
+    fn deposit(bits: u64, mask: u64) -> u64 {
+        // SAFETY: as above.
+        unsafe { _pdep_u64(bits, mask) }
     }
 }
 
@@ -106,6 +118,16 @@ impl Lanes for Lanes8 {
             let (u, v) = (_mm256_add_ps(high, half), _mm256_add_ps(_mm256_cvtepi32_ps(low), half));
             (Self(_mm256_mul_ps(u, scale)), Self(_mm256_mul_ps(v, scale)))
         };
+        least(self: Self) -> f32 = {
+            let four = _mm_min_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
+            let two = _mm_min_ps(four, _mm_movehl_ps(four, four));
+            _mm_cvtss_f32(_mm_min_ss(two, _mm_movehdup_ps(two)))
+        };
+        greatest(self: Self) -> f32 = {
+            let four = _mm_max_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
+            let two = _mm_max_ps(four, _mm_movehl_ps(four, four));
+            _mm_cvtss_f32(_mm_max_ss(two, _mm_movehdup_ps(two)))
+        };
         lt(self: Self, other: Self) -> u32 = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0)) as u32;
         le(self: Self, other: Self) -> u32 = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0)) as u32;
     }
@@ -154,6 +176,8 @@ impl Lanes for Lanes16 {
             let (u, v) = (_mm512_add_ps(high, half), _mm512_add_ps(_mm512_cvtepi32_ps(low), half));
             (Self(_mm512_mul_ps(u, scale)), Self(_mm512_mul_ps(v, scale)))
         };
+        least(self: Self) -> f32 = _mm512_reduce_min_ps(self.0);
+        greatest(self: Self) -> f32 = _mm512_reduce_max_ps(self.0);
         lt(self: Self, other: Self) -> u32 = u32::from(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0));
         le(self: Self, other: Self) -> u32 = u32::from(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0));
     }
