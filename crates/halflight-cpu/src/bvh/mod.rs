@@ -2,8 +2,8 @@
 //! bundles.
 //!
 //! obvhs builds the hierarchy; `layout` flattens it into nodes of eight children and blocks of eight triangles. Whether
-//! a ray meets a triangle is decided exactly (`occluder`); box tests (`slab`) are conservative. So bundles (`shadow`), single rays (`single`) and a search through all triangles
-//! agree hit for hit, whatever the instruction set.
+//! a ray meets a triangle is decided exactly (`occluder`); box tests (`slab`) are conservative. So bundles (`shadow`),
+//! single rays (`single`) and a search through all triangles agree hit for hit, whatever the instruction set.
 
 mod bundle;
 mod crowds;
@@ -11,7 +11,6 @@ mod layout;
 mod nearest;
 mod rays;
 mod refit;
-#[allow(missing_docs)]
 mod shadow;
 mod single;
 mod slab;

@@ -270,7 +270,8 @@ impl Tracer {
                         count += 1;
                     }
                 }
-                self.bundle.set_ends::<S>(Vec3::new(places[0][lane], places[1][lane], places[2][lane]), count);
+                self.bundle
+                    .set_ends::<S>(Vec3::new(places[0][lane], places[1][lane], places[2][lane]), count);
                 let mut occluded = chunk.bvh.occluded::<S>(&self.bundle, &mut self.stacks);
                 while occluded != 0 {
                     let query = run.start + usize::from(self.bits[occluded.trailing_zeros() as usize]);

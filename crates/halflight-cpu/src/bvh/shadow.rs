@@ -1,34 +1,27 @@
 //! Shadow rays: all rays of one receiver, or to one light sample, at once.
 //!
-//! The bundle goes through the hierarchy as a whole: a node is entered when any ray between the bounds of its directions
-//! might enter it. For an axis-aligned light that is the exact pyramid from the receiver to the light. At a block the
-//! planes of eight triangles are set up once for all rays, triangles out of the bundle's reach are dropped, and those
-//! that stay meet the rays a vector at a time. In dense geometry, where a bundle as a whole meets far too much, its rays
-//! get box tests of their own.
+//! The bundle goes through the hierarchy as a whole: the first nodes are entered when any ray between the bounds of its
+//! directions might enter them, later ones by the rays whose own box tests pass. At a block the planes of eight triangles
+//! are set up once for all rays, triangles out of reach of each group of 16 rays are dropped, and those that stay meet the
+//! rays a vector at a time. Where few rays are left, each is tested by itself against eight boxes or eight triangles at
+//! once. Children are taken in the order of their slots: any hit will do, and order gains less than it costs.
 
 use super::Bvh;
 use super::bundle::{Bundle, GROUP, RAYS};
 use super::layout::{Child, Node};
 use super::slab::{Shaft, enters};
-use super::stack::{Stacks, push_near_last};
+use super::stack::Stacks;
 use crate::occluder::{Block, Facets, Planes, Spokes, Vector, exact};
 use crate::simd::{Kernel, Lanes, Simd};
 
-/// Rays for each node or block that a bundle visits as a whole before its rays have box tests of their own.
-const RAYS_A_VISIT: usize = 2;
-
-/// Nodes and blocks that a bundle visits as a whole at least.
-const VISITS: usize = 16;
-
-/// Rays so few that each is tested against eight boxes at once, and not each box against vectors of rays.
+/// Rays so few that each is tested against a node's eight boxes at once, instead of each box against vectors of rays.
 const FEW: u32 = 8;
-const COARSE: u32 = 3;
-const DIRECT: u32 = 10;
 
-/// Costs, in cycles: of a ray against eight triangles, of a triangle against a group of rays, and of taking up a triangle.
-const RAY: u32 = 22;
-const PAIR: u32 = 17;
-const TRIANGLE: u32 = 12;
+/// Nodes that a bundle enters as a whole before its rays have box tests of their own.
+const COARSE: u32 = 3;
+
+/// Rays so few that each is tested against a block's eight triangles at once, instead of each triangle against vectors of rays.
+const DIRECT: u32 = 10;
 
 /// The bits of the first `count` rays.
 #[inline(always)]
@@ -77,16 +70,27 @@ impl Bvh {
                 left &= left - 1;
                 match Child::decode(node.child(slot)) {
                     Child::Node(child) => {
-                        let inside = if few { S::deposit(by_slot >> (8 * slot) & 0xff, rays) } else if coarse { rays } else { entered::<S>(node, slot, bundle, rays) };
+                        let inside = if few {
+                            S::deposit(by_slot >> (8 * slot) & 0xff, rays)
+                        } else if coarse {
+                            rays
+                        } else {
+                            entered::<S>(node, slot, bundle, rays)
+                        };
                         if inside != 0 {
                             stacks.split[waiting] = (child, inside);
                             waiting += 1;
                         }
                     }
                     Child::Block(child) => {
-                        let inside = if few { S::deposit(by_slot >> (8 * slot) & 0xff, rays) & alive } else { entered::<S>(node, slot, bundle, rays & alive) };
+                        let inside = if few {
+                            S::deposit(by_slot >> (8 * slot) & 0xff, rays) & alive
+                        } else {
+                            entered::<S>(node, slot, bundle, rays & alive)
+                        };
                         if inside != 0 {
-                            alive = self.shadow_block::<S>(&self.blocks[child as usize], bundle, alive, inside);
+                            alive =
+                                self.shadow_block::<S>(&self.blocks[child as usize], bundle, alive, inside);
                         }
                     }
                 }
@@ -111,8 +115,8 @@ impl Bvh {
 
     /// The rays out of `alive` that a block leaves when those in `rays` are tested.
     ///
-    /// The planes of its triangles are set up once. Triangles out of a group's reach are dropped; what is left is tested
-    /// triangle by triangle against vectors of rays, or ray by ray against all eight triangles, whichever is less.
+    /// Few rays are tested one by one. For many, the planes of the triangles are set up once, triangles out of a group's
+    /// reach are dropped, and each that is left is tested against vectors of rays.
     #[inline(always)]
     fn shadow_block<S: Simd>(&self, block: &Block, bundle: &Bundle, alive: u64, rays: u64) -> u64 {
         let reach = bundle.low.abs().max(bundle.high.abs());
@@ -146,7 +150,8 @@ fn entered_by_rays<S: Simd>(node: &Node, bundle: &Bundle, rays: u64) -> (u32, u6
     while left != 0 {
         let ray = left.trailing_zeros() as usize;
         left &= left - 1;
-        let children = enters(low, high, origin, Vector::broadcast(&bundle.inverse, ray), end).0 & node.occupied();
+        let children =
+            enters(low, high, origin, Vector::broadcast(&bundle.inverse, ray), end).0 & node.occupied();
         rows |= u64::from(children) << shift;
         shift += 8;
     }
@@ -160,7 +165,9 @@ fn entered_by_rays<S: Simd>(node: &Node, bundle: &Bundle, rays: u64) -> (u32, u6
 /// Exchanges rows and columns of eight times eight bits (Warren, Hacker's Delight 7-3).
 #[inline(always)]
 fn transposed(mut bits: u64) -> u64 {
-    for (shift, mask) in [(7, 0x00aa_00aa_00aa_00aa), (14, 0x0000_cccc_0000_cccc), (28, 0x0000_0000_f0f0_f0f0u64)] {
+    for (shift, mask) in
+        [(7, 0x00aa_00aa_00aa_00aa), (14, 0x0000_cccc_0000_cccc), (28, 0x0000_0000_f0f0_f0f0u64)]
+    {
         let swap = (bits ^ bits >> shift) & mask;
         bits ^= swap ^ swap << shift;
     }

@@ -9,9 +9,7 @@ pub(crate) const STACK: usize = 512;
 
 /// Room for what is still to be visited.
 pub(super) struct Stacks {
-    /// Nodes and blocks for a bundle as a whole.
-    pub(super) whole: [u32; STACK],
-    /// Nodes and blocks with the rays of a bundle that may enter them.
+    /// Nodes with the rays of a bundle that may enter them.
     pub(super) split: [(u32, u64); STACK],
     /// Nodes and blocks for one ray.
     pub(super) single: [u32; STACK],
@@ -19,7 +17,7 @@ pub(super) struct Stacks {
 
 impl Stacks {
     pub(super) fn new() -> Self {
-        Self { whole: [0; STACK], split: [(0, 0); STACK], single: [0; STACK] }
+        Self { split: [(0, 0); STACK], single: [0; STACK] }
     }
 }
 

@@ -29,11 +29,12 @@ impl Kernel for Segments<'_> {
     #[inline(always)]
     fn run<S: Simd>(self) -> (u64, u64) {
         let (mut bundle, mut stacks) = (Bundle::new(), Stacks::new());
-        bundle.clear(self.origin);
-        for &end in self.ends {
-            bundle.push_end(end);
+        for (ray, end) in self.ends.iter().enumerate() {
+            for (axis, ends) in bundle.ends_mut().iter_mut().enumerate() {
+                ends[ray] = end[axis];
+            }
         }
-        bundle.finish::<S>();
+        bundle.set_ends::<S>(self.origin, self.ends.len());
         let together = self.bvh.occluded::<S>(&bundle, &mut stacks);
         let mut single = 0;
         for ray in 0..bundle.count() {
