@@ -334,9 +334,9 @@ fn graphics_devices_render_what_the_processor_does() {
         place.good(&format!("{plain} --out {device}-plain.exr --stats {device}.json"));
     }
     let expected = ["gpu.json", "cpu.json"].map(|name| json(&place.path(name))["expected_nmse2"].as_f64());
-    // What is rasterized differs by pixels at outlines, of which an image as small as this has many.
+    // The CPU validates what it interpolates, of which an image as small as this has little.
     let [Some(found), Some(expected)] = expected else { panic!("{expected:?}") };
-    assert!(found > 0.8 * expected && found < 1.25 * expected, "{found} {expected}");
+    assert!(found > 0.4 * expected && found < 2.5 * expected, "{found} {expected}");
     let error: Value =
         serde_json::from_str(&place.good("compare gpu-plain.exr cpu-plain.exr --json")).unwrap();
     assert!(error["nmse2"].as_f64().unwrap() < 1e-3, "{error}");

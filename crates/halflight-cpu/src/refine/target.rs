@@ -128,7 +128,7 @@ pub(super) struct Plan {
     least: f32,
     /// Samples for every receiver where nothing is interpolated.
     every: Pattern,
-    /// Mean square of the irradiance per radiance; 0 where no error target is given.
+    /// Mean square of the irradiance per radiance; 0 for one tolerance everywhere.
     pub(super) energy: f64,
 }
 
@@ -175,6 +175,11 @@ impl Plan {
             every: square(kind, side_for(f64::from(target)).max(EVERY)),
             energy: energy / trial.len().max(1) as f64,
         }
+    }
+
+    /// The same with one tolerance, however strong the light is.
+    pub(super) fn alike_everywhere(&self) -> Self {
+        Self { energy: 0.0, ..*self }
     }
 
     /// Difference of the visible fraction that is interpolated over where the unshadowed irradiance per radiance is as given:

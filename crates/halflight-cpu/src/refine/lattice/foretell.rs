@@ -54,6 +54,9 @@ impl Lattice {
         let known = self.fractions.par_iter().zip(&self.unshadowed);
         fragments.samples().par_iter().zip(known).map(trial).collect_into_vec(&mut self.trial);
         self.plan = Plan::reach(self.config.target, view.frame.pattern.kind, &self.trial);
+        if !self.config.validate {
+            self.plan = self.plan.alike_everywhere();
+        }
     }
 
     /// Predicted squared error of the irradiance by luminance, summed over all pixels: the noise of pixels on their own, by

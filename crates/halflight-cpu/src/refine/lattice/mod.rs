@@ -25,7 +25,7 @@ use super::target::{Neighbours, Plan, Steps, Trial};
 use super::trace_pixels;
 use crate::corners::Corners;
 use crate::rise::{Between, Rise, RiseLimits};
-use validate::{Probe, Risk};
+use validate::{Probe, Risk, Weighed};
 use view::View;
 
 /// Constants of [`Lattice`].
@@ -46,13 +46,19 @@ pub struct LatticeConfig {
     /// Keep a cell only if it is proved that it hides no thin shadow: false. It takes a backend that proves things, `bvh` or
     /// `beam`; with others, and in foliage, every pixel is traced.
     pub certify: bool,
+    /// Trace some pixels of the cells that an error target keeps, compare them with what is interpolated, and split cells by
+    /// what that shows: true. Without, what they are off by is assumed to be what it is in the bundled scenes, and the same
+    /// difference of the visible fraction is interpolated over wherever the light is strong or weak. The GPU validates
+    /// nothing, whatever this says.
+    pub validate: bool,
     /// What parts surfaces.
     pub rise: RiseLimits,
 }
 
 impl Default for LatticeConfig {
     fn default() -> Self {
-        Self { coarsest_level: 3, error: 0.05, target: 0.0, certify: false, rise: RiseLimits::default() }
+        let rise = RiseLimits::default();
+        Self { coarsest_level: 3, error: 0.05, target: 0.0, certify: false, validate: true, rise }
     }
 }
 
@@ -127,6 +133,10 @@ pub struct Lattice {
     /// What validation has found, and the pixels that it asks.
     risk: Risk,
     probes: Vec<Probe>,
+    weighed: Vec<Weighed>,
+    /// Kept cells by the squared error a pixel that is expected of them, and places of those that are split after all.
+    ranked: Vec<(f64, u32)>,
+    off: Vec<u32>,
     /// Receivers that see part of the light, and their samples.
     partly: Vec<u32>,
     partly_samples: Vec<u32>,
@@ -222,6 +232,13 @@ impl Lattice {
         // Handed back for its memory.
         cells.clear();
         self.pending[usize::from(level)] = cells;
+    }
+
+    /// Looks at the cells that were split after all, from the coarsest on.
+    fn descend_all(&mut self, view: &View, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
+        for level in (0..self.top()).rev() {
+            self.descend(level, view, visibility, fragments);
+        }
     }
 
     /// What can be said about a cell without its corners' masks; asks for these where that is not enough.
@@ -437,23 +454,20 @@ impl Refiner for Lattice {
                 break;
             }
         }
-        let rounds = if self.config.target > 0.0 && !dense { validate::ROUNDS as u32 } else { 0 };
-        for round in 0..=rounds {
+        let validates = self.config.target > 0.0 && self.config.validate && !dense;
+        let (mut round, mut rounds) = (0, if validates { validate::ROUNDS } else { 0 });
+        loop {
             while !dense && self.mend(&view) {
-                for level in (0..top).rev() {
-                    self.descend(level, &view, visibility, fragments);
-                }
+                self.descend_all(&view, visibility, fragments);
             }
             if round == rounds {
                 break;
             }
-            let again = self.validate(round, &view, visibility, fragments);
-            for level in (0..top).rev() {
-                self.descend(level, &view, visibility, fragments);
+            if !self.validate(round, &view, visibility, fragments) {
+                rounds = round + 1;
             }
-            if !again {
-                break;
-            }
+            self.descend_all(&view, visibility, fragments);
+            round += 1;
         }
         for &(cell, verdict) in self.kept.iter().flatten() {
             if self.config.certify {
@@ -510,6 +524,9 @@ impl Refiner for Lattice {
             + self.suspected.capacity()
             + self.unshadowed.capacity() * 4
             + self.probes.capacity() * size_of::<Probe>()
+            + self.weighed.capacity() * size_of::<Weighed>()
+            + self.ranked.capacity() * size_of::<(f64, u32)>()
+            + self.off.capacity() * 4
             + (self.partly.capacity() + self.partly_samples.capacity()) * 4
             + self.trial.capacity() * size_of::<Trial>()
             + self.judged.capacity() * size_of::<(u32, f64)>()

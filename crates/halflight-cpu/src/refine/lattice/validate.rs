@@ -42,8 +42,11 @@ const LEAST_SHARE: f64 = 0.25;
 const TOLERATED: f64 = 1.25;
 const MARGIN: f64 = 0.8;
 
+/// Cells whose expected errors are added up together.
+const TOGETHER: usize = 1024;
+
 /// Times that cells are validated at most.
-pub(super) const ROUNDS: usize = 3;
+pub(super) const ROUNDS: u32 = 3;
 
 /// A cell's class and weight: weights times the mean error of their class are squared errors of the irradiance, per radiance,
 /// summed over the cell's pixels.
@@ -71,6 +74,13 @@ pub(super) struct Risk {
     means: [f64; CLASSES],
     /// Squared error a pixel, per radiance, above which cells are split.
     limit: f64,
+}
+
+impl Risk {
+    /// Squared error of the irradiance, per radiance, that is expected of a cell's pixels together.
+    fn error(&self, cell: &Weighed) -> f64 {
+        self.means[usize::from(cell.class)] * f64::from(cell.weight)
+    }
 }
 
 impl Default for Risk {
@@ -122,26 +132,24 @@ impl Lattice {
     /// Whether a cell whose corners agree well enough may be kept by what validation has found.
     pub(super) fn may_be_kept(&self, view: &View, cell: Square) -> bool {
         self.risk.limit == f64::INFINITY || {
-            let Weighed { class, weight, pixels } = self.weigh(view, cell);
-            self.risk.means[usize::from(class)] * f64::from(weight) <= self.risk.limit * f64::from(pixels)
+            let weighed = self.weigh(view, cell);
+            self.risk.error(&weighed) <= self.risk.limit * f64::from(weighed.pixels)
         }
     }
 
     /// Squared error of the irradiance per radiance that is expected of all kept cells.
     pub(super) fn error_of_cells(&self, view: &View) -> f64 {
-        let kept: Vec<f64> =
-            self.kept.par_iter().with_min_len(256).map(|kept| self.error_of(view, *kept).1).collect();
-        kept.iter().sum()
+        let error = |kept: &Option<(Square, Verdict)>| self.risk.error(&self.weigh_kept(view, kept));
+        let blocks = self.kept.par_chunks(TOGETHER).map(|block| block.iter().map(error).sum::<f64>());
+        // In one order, whatever the number of threads.
+        blocks.collect::<Vec<f64>>().iter().sum()
     }
 
-    /// Weight and expected error of a kept cell; nothing for one that is proved.
-    fn error_of(&self, view: &View, kept: Option<(Square, Verdict)>) -> (Weighed, f64) {
-        match kept {
-            Some((cell, Verdict::Keep)) => {
-                let weighed = self.weigh(view, cell);
-                (weighed, self.risk.means[usize::from(weighed.class)] * f64::from(weighed.weight))
-            }
-            _ => (Weighed::default(), 0.0),
+    /// Weighs a kept cell; one that is proved, or was split later, has no weight.
+    fn weigh_kept(&self, view: &View, kept: &Option<(Square, Verdict)>) -> Weighed {
+        match *kept {
+            Some((cell, Verdict::Keep)) => self.weigh(view, cell),
+            _ => Weighed::default(),
         }
     }
 
@@ -154,8 +162,9 @@ impl Lattice {
         visibility: &mut dyn Visibility,
         fragments: &mut Fragments,
     ) -> bool {
-        let weighed: Vec<Weighed> =
-            self.kept.par_iter().with_min_len(256).map(|kept| self.error_of(view, *kept).0).collect();
+        let mut weighed = std::mem::take(&mut self.weighed);
+        let weigh = |kept| self.weigh_kept(view, kept);
+        self.kept.par_iter().with_min_len(256).map(weigh).collect_into_vec(&mut weighed);
         let receivers = self.receivers as f64;
         let whole = f64::from(self.config.target) * self.plan.energy * receivers;
         let (noise, noisy) = self.noise_of_pixels(view, fragments);
@@ -169,40 +178,43 @@ impl Lattice {
         }
         let first = fragments.samples().len() as u32;
         self.trace(view, 0, visibility, fragments);
-        let mut split = self.judge_probes(&weighed, view, fragments, first);
-
-        // The least dangerous cells are kept as long as there is room.
-        let mut cells: Vec<(f64, u32)> = weighed
-            .par_iter()
-            .enumerate()
-            .with_min_len(1024)
-            .filter(|(_, one)| one.weight > 0.0)
-            .map(|(place, one)| {
-                let error = self.risk.means[usize::from(one.class)] * f64::from(one.weight);
-                (error / f64::from(one.pixels), place as u32)
-            })
-            .collect();
-        cells.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let error = |&(density, place): &(f64, u32)| density * f64::from(weighed[place as usize].pixels);
+        let mut off = std::mem::take(&mut self.off);
+        off.clear();
+        self.judge_probes(&weighed, view, fragments, first, &mut off);
+        let error: f64 = weighed.iter().map(|one| self.risk.error(one)).sum();
         self.risk.limit = f64::INFINITY;
-        if noise + cells.iter().map(error).sum::<f64>() > TOLERATED * whole {
-            let mut sum = 0.0;
-            let last = cells.iter().find(|cell| {
-                sum += error(cell);
-                sum > MARGIN * room
-            });
+        if noise + error > TOLERATED * whole {
             // Pixels of their own have noise: more of them are no better than cells that err less than they do.
-            self.risk.limit = last.map_or(f64::INFINITY, |&(density, _)| density.max(noise / noisy.max(1.0)));
+            let limit = self.limit(&weighed, MARGIN * room);
+            self.risk.limit = limit.max(noise / noisy.max(1.0));
+            off.extend(
+                self.ranked.iter().filter(|(density, _)| *density > self.risk.limit).map(|&(_, place)| place),
+            );
+            off.sort_unstable();
         }
-        split.extend(cells.iter().filter(|(density, _)| *density > self.risk.limit).map(|&(_, place)| place));
-        split.sort_unstable();
-        split.dedup();
-        for place in split {
+        for &place in &off {
             if let Some((cell, _)) = self.kept[place as usize].take() {
                 self.split(cell);
             }
         }
+        (self.weighed, self.off) = (weighed, off);
         self.risk.limit < f64::INFINITY
+    }
+
+    /// Squared error a pixel of the last cell that there is room for when those come first that err least; infinity where
+    /// there is room for all.
+    fn limit(&mut self, weighed: &[Weighed], room: f64) -> f64 {
+        let dense = |one: &Weighed| self.risk.error(one) / f64::from(one.pixels);
+        self.ranked.clear();
+        let some = (0..).zip(weighed).filter(|(_, one)| one.weight > 0.0);
+        self.ranked.extend(some.map(|(place, one)| (dense(one), place)));
+        self.ranked.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut sum = 0.0;
+        let last = self.ranked.iter().find(|&&(density, place)| {
+            sum += density * f64::from(weighed[place as usize].pixels);
+            sum > room
+        });
+        last.map_or(f64::INFINITY, |&(density, _)| density)
     }
 
     /// Chooses pixels to validate: of every class in proportion to weight.
@@ -245,19 +257,20 @@ impl Lattice {
         }
     }
 
-    /// Compares validated pixels with what is interpolated there; returns the places of cells that are off by more than their
-    /// tolerance. Samples from `first` on are new.
+    /// Compares validated pixels with what is interpolated there; appends the places of cells that are off by more than their
+    /// tolerance to `off`. Samples from `first` on are new.
     fn judge_probes(
         &mut self,
         weighed: &[Weighed],
         view: &View,
         fragments: &Fragments,
         first: u32,
-    ) -> Vec<u32> {
+        off: &mut Vec<u32>,
+    ) {
         let (mut sums, mut counts) = ([0.0f64; CLASSES], [0.0f64; CLASSES]);
-        let neighbours: Vec<Neighbours> =
-            fragments.batches().iter().map(|batch| Neighbours::new(batch.pattern())).collect();
-        let mut off = Vec::new();
+        let mut neighbours = std::mem::take(&mut self.neighbours);
+        neighbours.clear();
+        neighbours.extend(fragments.batches().iter().map(|batch| Neighbours::new(batch.pattern())));
         for &Probe { place, x, y } in &self.probes {
             let Some((cell, _)) = self.kept[place as usize] else { continue };
             let one = weighed[place as usize];
@@ -291,6 +304,6 @@ impl Lattice {
             let mean = (sums[class] + ASSUMED * self.risk.means[class]) / (counts[class] + ASSUMED);
             self.risk.means[class] = mean.max(0.05 * assumed(class));
         }
-        off
+        self.neighbours = neighbours;
     }
 }

@@ -5,7 +5,7 @@ use halflight_core::hash;
 use halflight_core::light::AreaLight;
 use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::{Pattern, PatternKind};
-use halflight_core::scene::{Camera, Material, Mesh, Scene};
+use halflight_core::scene::{Camera, MIN_DIAGONAL, Material, Mesh, Scene};
 
 /// Receivers of a group: as many as beams take together.
 const GROUP: usize = 64;
@@ -64,7 +64,14 @@ impl Cases {
             edge_v: light.edge_v * scale,
             ..light
         };
-        let positions: Vec<Vec3> = corners.into_iter().flatten().map(place).collect();
+        let mut positions: Vec<Vec3> = corners.into_iter().flatten().map(place).collect();
+        // A speck is no mesh by itself: a triangle far beyond the light makes it one.
+        let (low, high) = positions
+            .iter()
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+        if (high - low).length() < 2.0 * MIN_DIAGONAL {
+            positions.extend([Vec3::X, Vec3::Y, Vec3::Z].map(|p| place(p + Vec3::Y * 100.0)));
+        }
         let triangles: Vec<[u32; 3]> = (0..positions.len() as u32 / 3)
             .map(|triangle| [0, 1, 2].map(|corner| 3 * triangle + corner))
             .collect();
