@@ -19,6 +19,7 @@
 
 mod bindings;
 mod buffers;
+mod crowds;
 mod download;
 mod error;
 mod frame;

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
+use crate::crowds::Crowds;
 use bytemuck::{Pod, Zeroable};
 use halflight_core::scene::{Mesh, SRGB_TO_LINEAR, Scene};
-use halflight_cpu::bvh::Crowds;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;

@@ -1,12 +1,12 @@
 //! Ray-traced visibility: a bounding-volume hierarchy over the scene's triangles, and rays that travel through it in
 //! bundles.
 //!
-//! obvhs builds the hierarchy; `layout` flattens it into nodes of eight children and blocks of eight triangles. Whether
-//! a ray meets a triangle is decided exactly (`occluder`); box tests (`slab`) are conservative. So bundles (`shadow`),
-//! single rays (`single`) and a search through all triangles agree hit for hit, whatever the instruction set.
+//! `build` makes nodes of eight children and blocks of eight triangles (`layout`). Whether a ray meets a triangle is
+//! decided exactly (`occluder`); box tests (`slab`) are conservative. So bundles (`shadow`), single rays (`single`) and a
+//! search through all triangles agree hit for hit, whatever the instruction set.
 
+mod build;
 mod bundle;
-mod crowds;
 mod layout;
 mod nearest;
 mod rays;
@@ -23,7 +23,6 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 use halflight_core::scene::{Mesh, MeshError};
 
-pub use crowds::Crowds;
 pub use rays::BvhRays;
 
 pub(crate) use bundle::{Bundle, RAYS};
@@ -66,11 +65,11 @@ impl Bvh {
     /// Builds the hierarchy. A mesh without triangles is fine: nothing hits it.
     ///
     /// # Errors
-    /// The mesh does not validate, or is too large or too deeply nested to be traversed.
+    /// The mesh does not validate.
     pub fn build(mesh: &Mesh) -> Result<Self, BvhError> {
         let start = Instant::now();
         let extent = Extent::of(mesh)?;
-        let (nodes, blocks) = layout::build(mesh, extent.padding());
+        let (nodes, blocks) = build::build(mesh, extent.padding());
         Ok(Self { nodes, blocks, extent, triangle_count: mesh.triangle_count(), build_time: start.elapsed() })
     }
 

@@ -3,7 +3,7 @@
 use super::layout::Node;
 use crate::simd::Lanes;
 
-/// Entries of a traversal stack: each of the at most 57 levels (48 by box, then 2³² triangles parted eightfold) leaves seven
+/// Entries of a traversal stack: each of the at most 51 levels (40 by box, then 2³² triangles parted eightfold) leaves seven
 /// siblings behind.
 pub(crate) const STACK: usize = 512;
 

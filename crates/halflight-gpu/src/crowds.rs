@@ -12,7 +12,7 @@ const CROWD: u32 = 512;
 /// obvhs joins boxes that are each other's nearest among their neighbours along a curve. Where boxes are equal, as those of
 /// copies of a triangle, or grow steadily along the curve, as around a vertex of many triangles, few are, and building takes
 /// quadratic time. Boxes of a crowd are enlarged by parts of their own, so that they differ.
-pub struct Crowds<'a> {
+pub(crate) struct Crowds<'a> {
     mesh: &'a Mesh,
     /// The place in `counts` of every vertex, by its position.
     places: Vec<u32>,
@@ -21,7 +21,7 @@ pub struct Crowds<'a> {
 
 impl<'a> Crowds<'a> {
     /// Counts the triangles of `mesh`.
-    pub fn of(mesh: &'a Mesh) -> Self {
+    pub(crate) fn of(mesh: &'a Mesh) -> Self {
         // Two points at one place only make a crowd of fewer triangles.
         let mut counts = vec![0; mesh.positions.len().next_power_of_two().max(1 << 10)];
         let mask = counts.len() as u32 - 1;
@@ -36,7 +36,7 @@ impl<'a> Crowds<'a> {
     }
 
     /// The lowest and highest coordinates of a triangle; in a crowd, of a box that is larger on each side by up to a hundredth.
-    pub fn bounds(&self, triangle: usize) -> (Vec3, Vec3) {
+    pub(crate) fn bounds(&self, triangle: usize) -> (Vec3, Vec3) {
         let [a, b, c] = self.mesh.corners(triangle);
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         let count = |vertex: u32| self.counts[self.places[vertex as usize] as usize];
