@@ -10,8 +10,13 @@ use crate::occluder::exact::Ray;
 use crate::occluder::{barycentric, corner_weights};
 use crate::simd::{Isa, Kernel, Simd};
 
-/// Pixels along the side of a tile; a tile is a bundle.
+/// Pixels along the side of a tile, and of the squares that it consists of. A tile is a bundle; where the tile before it has
+/// shown more than [`FINE`] triangles, each square is.
 const TILE: usize = 8;
+const SQUARE: usize = 4;
+
+/// Triangles in a tile beyond which rays that travel apart meet fewer of them.
+const FINE: usize = 16;
 
 /// Triangles that are remembered.
 const SURFACES: usize = 16;
@@ -155,11 +160,10 @@ impl Surface {
         texture: None,
     };
 
-    fn new(mesh: &Mesh, eye: Vec3, triangle: u32) -> Self {
+    fn new(mesh: &Mesh, eye: Vec3, triangle: u32, corners: [Vec3; 3]) -> Self {
         if triangle == NO_PRIMITIVE {
             return Self::NONE;
         }
-        let corners = mesh.corners(triangle as usize);
         let material = &mesh.materials[mesh.material_ids[triangle as usize] as usize];
         let [a, b, c] = corners.map(Vec3::as_dvec3);
         let (u, v, away) = (b - a, c - a, a - eye.as_dvec3());
@@ -174,7 +178,8 @@ impl Surface {
             distance,
             error: if known { error } else { DVec3::INFINITY },
             extent: u.abs().max(v.abs()).max((c - b).abs()).max_element() as f32,
-            normal: geometric_normal(corners),
+            // In double precision, so that no triangle is too small for it.
+            normal: cross.normalize_or_zero().as_vec3(),
             albedo: material.albedo,
             texture: material.texture,
         }
@@ -189,11 +194,6 @@ impl Surface {
         }
         Ray { origin: eye, d }.parameter(self.corners)
     }
-}
-
-/// In double precision, so that no triangle is too small for it.
-fn geometric_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
-    (b - a).as_dvec3().cross((c - a).as_dvec3()).normalize_or_zero().as_vec3()
 }
 
 fn texel(mesh: &Mesh, texture: u32, triangle: u32, second: f32, third: f32) -> Vec3 {
@@ -234,33 +234,60 @@ impl Kernel for Band<'_> {
     #[inline(always)]
     fn run<S: Simd>(mut self) {
         let width = self.view.width;
-        let height = self.rows.depth.len() / width;
         let mut bundle = Bundle::new();
         let mut hits = Hits::new();
         let mut stack = [(0u32, 0.0f32); STACK];
         // Tiles see few triangles, by turns.
         let mut surfaces = [Surface::NONE; SURFACES];
+        let mut fine = false;
         for left in (0..width).step_by(TILE) {
-            let columns = TILE.min(width - left);
-            bundle.clear(self.view.eye);
-            for y in 0..height {
-                for x in left..left + columns {
-                    bundle.push(self.view.direction(x, self.rows.top + y));
+            let (tile, squares) = self.tile(left);
+            let mut triangles = 0;
+            let parts: &[usize] = if fine { &squares } else { &[0, squares[4]] };
+            for part in parts.windows(2) {
+                let pixels = &tile[part[0]..part[1]];
+                if pixels.is_empty() {
+                    continue;
+                }
+                bundle.clear(self.view.eye);
+                for &pixel in pixels {
+                    bundle.push(self.view.direction(pixel % width, self.rows.top + pixel / width));
+                }
+                bundle.finish::<S>();
+                self.bvh.nearest::<S>(&bundle, &mut stack, &mut hits);
+                for (ray, &pixel) in pixels.iter().enumerate() {
+                    let triangle = hits.triangle[ray];
+                    let seen = &mut surfaces[triangle as usize % SURFACES];
+                    if triangle != seen.triangle {
+                        let corners = self.bvh.hit_corners(&hits, ray);
+                        *seen = Surface::new(self.mesh, self.view.eye, triangle, corners);
+                        triangles += 1;
+                    }
+                    self.rows.write(pixel, self.mesh, self.view.eye, bundle.direction(ray), seen);
                 }
             }
-            bundle.finish::<S>();
-            self.bvh.nearest::<S>(&bundle, &mut stack, &mut hits);
-            for ray in 0..bundle.count() {
-                let pixel = ray / columns * width + left + ray % columns;
-                let d = bundle.direction(ray);
-                let triangle = hits.triangle[ray];
-                let seen = &mut surfaces[triangle as usize % SURFACES];
-                if triangle != seen.triangle {
-                    *seen = Surface::new(self.mesh, self.view.eye, triangle);
-                }
-                self.rows.write(pixel, self.mesh, self.view.eye, d, seen);
-            }
+            fine = triangles > FINE;
         }
+    }
+}
+
+impl Band<'_> {
+    /// The pixels of a tile, square by square, and where among them each square begins and the last one ends.
+    fn tile(&self, left: usize) -> ([usize; TILE * TILE], [usize; 5]) {
+        let width = self.view.width;
+        let (columns, rows) = (TILE.min(width - left), self.rows.depth.len() / width);
+        let (mut tile, mut squares, mut count) = ([0; TILE * TILE], [0; 5], 0);
+        for square in 0..4 {
+            let (x, y) = (square % 2 * SQUARE, square / 2 * SQUARE);
+            for y in y..rows.min(y + SQUARE) {
+                for x in x..columns.min(x + SQUARE) {
+                    tile[count] = y * width + left + x;
+                    count += 1;
+                }
+            }
+            squares[square + 1] = count;
+        }
+        (tile, squares)
     }
 }
 

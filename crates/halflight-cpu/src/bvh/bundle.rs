@@ -48,12 +48,6 @@ impl Bundle {
         (self.origin, self.count) = (origin, 0);
     }
 
-    /// Number of rays.
-    #[inline(always)]
-    pub(crate) fn count(&self) -> usize {
-        self.count
-    }
-
     /// Adds a ray along `d` unless there are 64.
     #[inline(always)]
     pub(crate) fn push(&mut self, d: Vec3) {

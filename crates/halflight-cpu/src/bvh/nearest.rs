@@ -2,6 +2,8 @@
 
 use std::cmp::Ordering;
 
+use glam::Vec3;
+
 use super::Bvh;
 use super::bundle::{Bundle, RAYS};
 use super::layout::Child;
@@ -88,6 +90,15 @@ impl Bvh {
                 }
             }
         }
+    }
+
+    /// The corners of the triangle that a ray has hit.
+    pub(crate) fn hit_corners(&self, hits: &Hits, ray: usize) -> [Vec3; 3] {
+        if hits.triangle[ray] == u32::MAX {
+            return [Vec3::ZERO; 3];
+        }
+        let place = hits.place[ray];
+        self.blocks[(place >> 3) as usize].triangle_corners((place & 7) as usize)
     }
 
     /// Returns whether any ray found a closer hit in a block.

@@ -81,14 +81,17 @@ impl<L: Lanes> Target<L> {
         let zero = L::splat(0.0);
         let side = self.facet.least_side(d);
         let along = self.facet.face.dot(d);
+        let edge = self.facet.edge_error;
+        let inside = zero.le(side.add(edge)) & zero.le(along.add(self.along_error));
+        if inside == 0 {
+            return Found { may: 0, surely: 0, t: zero, least: zero, most: zero };
+        }
         let inverse = L::splat(1.0).div(along);
         let t = self.facet.distance.mul(inverse);
         let error = self.distance_error.add(self.along_error.mul(inverse));
         let spread = t.mul(error.mul(L::splat(1.5)).add(L::splat(2f32.powi(-21))));
         let clear = self.distance_error.lt(L::splat(0.25)) & self.along_error.mul(L::splat(4.0)).lt(along);
         let (low, high) = (t.sub(spread), t.add(spread));
-        let edge = self.facet.edge_error;
-        let inside = zero.le(side.add(edge)) & zero.le(along.add(self.along_error));
         Found {
             may: inside & (low.le(most) | !clear),
             surely: inside & clear & edge.lt(side) & high.lt(least),

@@ -35,6 +35,21 @@ fn every_triangle_is_somewhere_and_sizes_are_told() {
 }
 
 #[test]
+fn any_number_of_threads_builds_the_same() {
+    // Enough triangles for ranges that several threads share.
+    let mesh = mesh(&soup(50_000, 0.02));
+    let built = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let bvh = pool.install(|| Bvh::build(&mesh).unwrap());
+        let triangles: Vec<u32> = bvh.blocks.iter().flat_map(|block| block.triangles()).collect();
+        (triangles, format!("{:?}", bvh.nodes))
+    };
+    let one = built(1);
+    assert!(built(4) == one);
+    assert_eq!(one.0.len(), 50_000);
+}
+
+#[test]
 fn a_thousand_copies_of_one_triangle_are_no_trouble() {
     let scene = scene(&vec![[Vec3::ZERO, Vec3::X, Vec3::Z]; 1000], lamp(Vec3::new(0.2, 1.0, 0.2), 0.1));
     let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());

@@ -37,7 +37,7 @@ impl Kernel for Segments<'_> {
         bundle.set_ends::<S>(self.origin, self.ends.len());
         let together = self.bvh.occluded::<S>(&bundle, &mut stacks);
         let mut single = 0;
-        for ray in 0..bundle.count() {
+        for ray in 0..bundle.count {
             let end = bundle.end(ray);
             single |= u64::from(self.bvh.occludes::<S>(0, self.origin, end, &mut stacks.single)) << ray;
         }
