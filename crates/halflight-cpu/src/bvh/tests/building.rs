@@ -7,6 +7,7 @@ use halflight_core::scene::{Mesh, MeshError};
 
 use super::meshes::{answer, ask, lamp, mesh, patterns, scene, soup};
 use crate::bvh::{Bvh, BvhError, BvhRays};
+use crate::occluder::Block;
 
 #[test]
 fn an_empty_mesh_shadows_nothing() {
@@ -41,7 +42,7 @@ fn any_number_of_threads_builds_the_same() {
     let built = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let bvh = pool.install(|| Bvh::build(&mesh).unwrap());
-        let triangles: Vec<u32> = bvh.blocks.iter().flat_map(|block| block.triangles()).collect();
+        let triangles: Vec<u32> = bvh.blocks.iter().flat_map(Block::triangles).collect();
         (triangles, format!("{:?}", bvh.nodes))
     };
     let one = built(1);
