@@ -105,7 +105,12 @@ impl Lattice {
 }
 
 /// Computes the unshadowed irradiance per radiance of up to [`TOGETHER`] pixels.
-fn irradiance_of(light: &AreaLight, gbuffer: &GBuffer, pixels: impl Iterator<Item = u32>, out: &mut [f32]) {
+pub(super) fn irradiance_of(
+    light: &AreaLight,
+    gbuffer: &GBuffer,
+    pixels: impl Iterator<Item = u32>,
+    out: &mut [f32],
+) {
     let (mut origins, mut normals) = ([Vec3::ZERO; TOGETHER], [Vec3::ZERO; TOGETHER]);
     for (lane, pixel) in pixels.take(TOGETHER).enumerate() {
         if let Some(receiver) = gbuffer.receiver(pixel as usize) {

@@ -65,11 +65,16 @@ impl Lattice {
         if self.config.target <= 0.0 {
             return self.plan.error;
         }
+        self.plan.tolerance(self.strongest(corners))
+    }
+
+    /// The most light that any of a cell's corners would get without shadows, as irradiance per radiance.
+    pub(super) fn strongest(&self, corners: &Corners) -> f32 {
         let strength = |pixel: usize| match self.corners[pixel] {
             NONE => 0.0,
             sample => self.unshadowed[sample as usize],
         };
-        self.plan.tolerance(corners.pixels().map(strength).into_iter().fold(0.0, f32::max))
+        corners.pixels().map(strength).into_iter().fold(0.0, f32::max)
     }
 
     /// Whether a cell across a step can be interpolated over: corners on one surface agree, and one that is alone on its own

@@ -10,6 +10,7 @@ use halflight_core::hash;
 use halflight_core::stages::Visibility;
 use rayon::prelude::*;
 
+use super::foretell::irradiance_of;
 use super::{Lattice, NONE, Square, Verdict, View};
 use crate::refine::place::cell_rect;
 use crate::refine::target::Neighbours;
@@ -41,6 +42,14 @@ const LEAST_SHARE: f64 = 0.25;
 /// mend than it is worth.
 const TOLERATED: f64 = 1.25;
 const MARGIN: f64 = 0.8;
+
+/// A pixel of a cell across a step is traced where it gets more than so many times the light of the cell's corners, and more
+/// than so much of the image's root mean square.
+const BRIGHTER: f32 = 2.0;
+const BRIGHT: f32 = 0.5;
+
+/// Pixels of a row whose unshadowed irradiance is computed together.
+const LANES: usize = 4;
 
 /// Cells whose expected errors are added up together.
 const TOGETHER: usize = 1024;
@@ -105,18 +114,8 @@ impl Lattice {
     /// Weighs a kept cell; a weight of 0 where nothing can be wrong.
     pub(super) fn weigh(&self, view: &View, cell: Square) -> Weighed {
         let corners = cell.corners(view.gbuffer);
-        let (mut strongest, mut low, mut high) = (0.0f32, f32::INFINITY, f32::NEG_INFINITY);
-        for pixel in corners.pixels() {
-            let sample = self.corners[pixel];
-            if sample == NONE {
-                continue;
-            }
-            strongest = strongest.max(self.unshadowed[sample as usize]);
-            let fraction = self.fractions[sample as usize];
-            if !fraction.is_nan() {
-                (low, high) = (low.min(fraction), high.max(fraction));
-            }
-        }
+        let strongest = self.strongest(&corners);
+        let (low, high) = super::judge::range(&corners.pixels().map(|pixel| self.fraction(pixel)));
         let rect = cell_rect(view.gbuffer, cell.level, cell.x, cell.y);
         let pixels = ((rect.x1 - rect.x0) * (rect.y1 - rect.y0)) as f32;
         let step = self.breaks.inside(cell.level, cell.x, cell.y) == Between::Step;
@@ -131,10 +130,33 @@ impl Lattice {
 
     /// Whether a cell whose corners agree well enough may be kept by what validation has found.
     pub(super) fn may_be_kept(&self, view: &View, cell: Square) -> bool {
-        self.risk.limit == f64::INFINITY || {
+        let within = self.risk.limit == f64::INFINITY || {
             let weighed = self.weigh(view, cell);
             self.risk.error(&weighed) <= self.risk.limit * f64::from(weighed.pixels)
+        };
+        within && !self.outshines(view, cell)
+    }
+
+    /// Whether a pixel of a cell across a step gets much more light than the cell's corners, unless it is shadowed: corners that
+    /// face away from the light, or hardly towards it, say nothing about it.
+    fn outshines(&self, view: &View, cell: Square) -> bool {
+        if !self.config.validate
+            || self.plan.energy <= 0.0
+            || self.breaks.inside(cell.level, cell.x, cell.y) != Between::Step
+        {
+            return false;
         }
+        let strongest = self.strongest(&cell.corners(view.gbuffer));
+        let most = (BRIGHTER * strongest).max(BRIGHT * self.plan.energy.sqrt() as f32);
+        let rect = cell_rect(view.gbuffer, cell.level, cell.x, cell.y);
+        (rect.y0..rect.y1).any(|y| {
+            (rect.x0..rect.x1).step_by(LANES).any(|x| {
+                let mut row = [0.0; LANES];
+                let pixels = (x..rect.x1.min(x + LANES as u32)).map(|x| view.gbuffer.index(x, y) as u32);
+                irradiance_of(view.frame.light(view.light), view.gbuffer, pixels, &mut row);
+                row.iter().any(|&unshadowed| unshadowed > most)
+            })
+        })
     }
 
     /// Squared error of the irradiance per radiance that is expected of all kept cells.
@@ -169,7 +191,7 @@ impl Lattice {
         let whole = f64::from(self.config.target) * self.plan.energy * receivers;
         let (noise, noisy) = self.noise_of_pixels(view, fragments);
         let room = (whole - noise).max(LEAST_SHARE * whole);
-        self.probe(round, &weighed, room, view);
+        self.probe(round, &weighed, [room, noise], view);
         for probe in &self.probes {
             let pixel = view.gbuffer.index(probe.x, probe.y);
             if view.gbuffer.is_receiver(pixel) && self.corners[pixel] == NONE {
@@ -218,7 +240,7 @@ impl Lattice {
     }
 
     /// Chooses pixels to validate: of every class in proportion to weight.
-    fn probe(&mut self, round: u32, weighed: &[Weighed], room: f64, view: &View) {
+    fn probe(&mut self, round: u32, weighed: &[Weighed], [room, noise]: [f64; 2], view: &View) {
         let (mut weights, mut counts) = ([0.0f64; CLASSES], [0usize; CLASSES]);
         for one in weighed.iter().filter(|one| one.weight > 0.0) {
             weights[usize::from(one.class)] += f64::from(one.weight);
@@ -229,9 +251,10 @@ impl Lattice {
         let all: f64 = errors.iter().sum();
         self.probes.clear();
         let mut steps = [f64::INFINITY; CLASSES];
+        let seen = (0.01 * room).min(0.05 * (all + noise));
         for class in 0..CLASSES {
             // What could not matter if it were ten times as wrong is not looked at.
-            if errors[class] * 100.0 > room {
+            if errors[class] > seen {
                 let count = (total * errors[class] / all).max(OF_A_CLASS.min(counts[class]) as f64);
                 steps[class] = weights[class] / count;
             }
