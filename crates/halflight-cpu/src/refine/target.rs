@@ -24,7 +24,7 @@ const INTERPOLATION: f64 = 2e-3;
 const MOST_ERROR: f32 = 0.3;
 
 /// Share of the target that is left to noise.
-const NOISE_SHARE: f64 = 0.6;
+pub(super) const NOISE_SHARE: f64 = 0.6;
 
 /// Samples along one side of the light, fewest and most. Fewer than 16 miss too much, more than 1,024 cost more than any
 /// picture shows.
@@ -210,6 +210,16 @@ impl Plan {
             full: self.every,
             ..*self
         }
+    }
+
+    /// The same with more samples for receivers that see part of the light, so that `goal` is left of `noise`; none where there
+    /// are as many as there can be.
+    pub(super) fn raised(&self, noise: f64, goal: f64) -> Option<Self> {
+        // Between edges and foliage.
+        let sides = f64::from(self.full.columns) * (noise / goal).powf(0.4);
+        let side = (sides.ceil() as u16).min(*SIDES.end());
+        let full = square(self.full.kind, side);
+        (side > self.full.columns).then_some(Self { full, ..*self })
     }
 
     /// All patterns that a plan may have.

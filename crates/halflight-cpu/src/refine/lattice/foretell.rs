@@ -62,46 +62,76 @@ impl Lattice {
     /// Predicted squared error of the irradiance by luminance, summed over all pixels: the noise of pixels on their own, by
     /// some of them where there are many, and what validation has found of interpolated cells.
     pub(super) fn expect(&mut self, view: &View, fragments: &Fragments) -> f64 {
-        let sum = self.noise_of_pixels(view, fragments).0 + self.error_of_cells(view);
+        let sum = self.measure(view, fragments).noise + self.error_of_cells(view);
         sum * f64::from(luminance(view.frame.light(view.light).radiance)).powi(2)
     }
 
-    /// Predicted squared error of pixels with samples of their own, per radiance, and how many of them have any.
-    pub(super) fn noise_of_pixels(&mut self, view: &View, fragments: &Fragments) -> (f64, f64) {
+    /// Adds up what the masks of pixels with samples of their own show.
+    pub(super) fn measure(&mut self, view: &View, fragments: &Fragments) -> Measured {
         let cells = fragments.cells();
         let stride = cells.len().div_ceil(JUDGED).max(1);
         let mut neighbours = std::mem::take(&mut self.neighbours);
         neighbours.clear();
         neighbours.extend(fragments.batches().iter().map(|batch| Neighbours::new(batch.pattern())));
+        let light = view.frame.light(view.light);
         let judge = |(place, group): (usize, &[Cell])| {
             let cell = group[hash::mix(place as u32) as usize % group.len()];
-            let &[index] = fragments.cell_samples(&cell) else { return (0, 0.0) };
+            let (&[index], 0) = (fragments.cell_samples(&cell), cell.level) else { return Judged::default() };
             let sample = &fragments.samples()[index as usize];
-            let known = &neighbours[usize::from(sample.batch)];
-            let variance = known.variance(fragments.batch(sample.batch), sample.first as usize).0;
-            let level_0 = f64::from(u8::from(cell.level == 0));
-            (sample.pixel, f64::from(variance) * level_0 * group.len() as f64)
+            let (batch, query) = (fragments.batch(sample.batch), sample.first as usize);
+            let variance = neighbours[usize::from(sample.batch)].variance(batch, query).0;
+            let fraction = irradiance::fraction(light, batch, query).unwrap_or(0.0);
+            let count = group.len() as f64;
+            Judged {
+                pixel: sample.pixel,
+                variance: f64::from(variance) * count,
+                energy: f64::from(fraction).powi(2) * count,
+            }
         };
         let mut judged = std::mem::take(&mut self.judged);
         cells.par_chunks(stride).enumerate().with_min_len(256).map(judge).collect_into_vec(&mut judged);
-        judged.retain(|&(_, variance)| variance > 0.0);
-        let light = view.frame.light(view.light);
-        let block = |block: &[(u32, f64)]| {
+        judged.retain(|one| one.energy > 0.0);
+        let block = |block: &[Judged]| {
             let mut unshadowed = [0.0; TOGETHER];
-            let pixels = block.iter().map(|&(pixel, _)| pixel);
+            let pixels = block.iter().map(|one| one.pixel);
             irradiance_of(light, view.gbuffer, pixels, &mut unshadowed[..block.len()]);
-            block
-                .iter()
-                .zip(unshadowed)
-                .map(|(&(_, variance), one)| variance * f64::from(one).powi(2))
-                .sum::<f64>()
+            let mut sum = Measured::default();
+            for (one, unshadowed) in block.iter().zip(unshadowed) {
+                let power = f64::from(unshadowed).powi(2);
+                sum.noise += one.variance * power;
+                sum.energy += one.energy * power;
+                sum.noisy += if one.variance > 0.0 { stride as f64 } else { 0.0 };
+            }
+            sum
         };
         // In one order, whatever the number of threads.
-        let sum = judged.par_chunks(TOGETHER).with_min_len(16).map(block).collect::<Vec<f64>>().iter().sum();
-        let noisy = (judged.len() * stride) as f64;
+        let blocks = judged.par_chunks(TOGETHER).with_min_len(16).map(block).collect::<Vec<Measured>>();
         (self.judged, self.neighbours) = (judged, neighbours);
-        (sum, noisy)
+        blocks.into_iter().fold(Measured::default(), |a, b| Measured {
+            noise: a.noise + b.noise,
+            energy: a.energy + b.energy,
+            noisy: a.noisy + b.noisy,
+        })
     }
+}
+
+/// What pixels with samples of their own show, summed over them, per radiance.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Measured {
+    /// Expected squared error of the irradiance.
+    pub(super) noise: f64,
+    /// Square of the irradiance.
+    pub(super) energy: f64,
+    /// Number of pixels that have noise.
+    pub(super) noisy: f64,
+}
+
+/// A pixel that speaks for some: the variance and the square of its visible fraction, times their number.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Judged {
+    pixel: u32,
+    variance: f64,
+    energy: f64,
 }
 
 /// Computes the unshadowed irradiance per radiance of up to [`TOGETHER`] pixels.

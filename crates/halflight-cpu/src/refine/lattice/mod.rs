@@ -25,6 +25,7 @@ use super::target::{Neighbours, Plan, Steps, Trial};
 use super::trace_pixels;
 use crate::corners::Corners;
 use crate::rise::{Between, Rise, RiseLimits};
+use foretell::Judged;
 use validate::{Probe, Risk, Weighed};
 use view::View;
 
@@ -140,8 +141,8 @@ pub struct Lattice {
     /// Receivers that see part of the light, and their samples.
     partly: Vec<u32>,
     partly_samples: Vec<u32>,
-    /// Pixels that tell how noisy the frame will be, and the variances of `F` that they stand for.
-    judged: Vec<(u32, f64)>,
+    /// Pixels that tell how noisy the frame will be.
+    judged: Vec<Judged>,
     neighbours: Vec<Neighbours>,
     expected: Option<f64>,
     /// Cells to look at, by level.
@@ -451,6 +452,9 @@ impl Refiner for Lattice {
             dense = self.config.target > 0.0 && level > 0 && self.is_dense(gbuffer, level - 1);
             if dense {
                 self.trace_all(&view, visibility, fragments);
+                if self.config.validate {
+                    self.raise(1.0, 0.0, &view, visibility, fragments);
+                }
                 break;
             }
         }
@@ -529,7 +533,7 @@ impl Refiner for Lattice {
             + self.off.capacity() * 4
             + (self.partly.capacity() + self.partly_samples.capacity()) * 4
             + self.trial.capacity() * size_of::<Trial>()
-            + self.judged.capacity() * size_of::<(u32, f64)>()
+            + self.judged.capacity() * size_of::<Judged>()
             + self.neighbours.capacity() * size_of::<Neighbours>()
             + self.certified.capacity() * size_of::<Square>()
             + self.regions.capacity() * size_of::<Region>()

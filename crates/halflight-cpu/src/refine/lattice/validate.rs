@@ -7,13 +7,15 @@
 
 use halflight_core::fragment::Fragments;
 use halflight_core::hash;
+use halflight_core::mask::Purpose;
 use halflight_core::stages::Visibility;
 use rayon::prelude::*;
 
-use super::foretell::irradiance_of;
+use super::foretell::{Measured, irradiance_of};
 use super::{Lattice, NONE, Square, Verdict, View};
+use crate::corners::Corners;
 use crate::refine::place::cell_rect;
-use crate::refine::target::Neighbours;
+use crate::refine::target::{NOISE_SHARE, Neighbours};
 use crate::rise::Between;
 
 /// Levels that are told apart: 1, 2, 3 and coarser.
@@ -41,12 +43,19 @@ const LEAST_SHARE: f64 = 0.25;
 /// that they are then split down to: errors are known to within a factor of 1.5 or so, and what is just missed costs more to
 /// mend than it is worth.
 const TOLERATED: f64 = 1.25;
+
+/// How many times the noise that was planned may be before more samples are taken.
+const NOISY: f64 = 1.3;
+
 const MARGIN: f64 = 0.8;
 
 /// A pixel of a cell across a step is traced where it gets more than so many times the light of the cell's corners, and more
 /// than so much of the image's root mean square.
 const BRIGHTER: f32 = 2.0;
 const BRIGHT: f32 = 0.5;
+
+/// And where one wrong pixel would take so large a share of what the target leaves room for.
+const ONE_PIXEL: f32 = 0.2;
 
 /// Pixels of a row whose unshadowed irradiance is computed together.
 const LANES: usize = 4;
@@ -65,6 +74,8 @@ pub(super) struct Weighed {
     weight: f32,
     /// Pixels.
     pixels: f32,
+    /// Square of the irradiance per radiance, summed over the pixels.
+    energy: f32,
 }
 
 /// A pixel of a cell that is asked for validation.
@@ -125,7 +136,17 @@ impl Lattice {
         let level = usize::from(cell.level).clamp(1, LEVELS) - 1;
         let class = 4 * level + 2 * usize::from(step) + usize::from(mixed);
         let scale = if mixed && !step { difference * difference } else { 1.0 };
-        Weighed { class: class as u8, weight: strongest * strongest * pixels * scale, pixels }
+        let weight = strongest * strongest * pixels * scale;
+        Weighed { class: class as u8, weight, pixels, energy: pixels * self.brightness(&corners) }
+    }
+
+    /// Mean square of the irradiance per radiance at a cell's corners.
+    fn brightness(&self, corners: &Corners) -> f32 {
+        let square = |pixel: usize| match self.corners[pixel] {
+            NONE => 0.0,
+            sample => (self.fractions[sample as usize].max(0.0) * self.unshadowed[sample as usize]).powi(2),
+        };
+        corners.pixels().map(square).into_iter().sum::<f32>() / 4.0
     }
 
     /// Whether a cell whose corners agree well enough may be kept by what validation has found.
@@ -137,8 +158,9 @@ impl Lattice {
         within && !self.outshines(view, cell)
     }
 
-    /// Whether a pixel of a cell across a step gets much more light than the cell's corners, unless it is shadowed: corners that
-    /// face away from the light, or hardly towards it, say nothing about it.
+    /// Whether a pixel of a cell across a step gets so much light, unless it is shadowed, that it is traced: much more than the
+    /// cell's corners, since corners that face away from the light, or hardly towards it, say nothing about it; or so much
+    /// that a few wrong pixels like it are all that the target leaves room for, as in small images.
     fn outshines(&self, view: &View, cell: Square) -> bool {
         if !self.config.validate
             || self.plan.energy <= 0.0
@@ -147,7 +169,9 @@ impl Lattice {
             return false;
         }
         let strongest = self.strongest(&cell.corners(view.gbuffer));
-        let most = (BRIGHTER * strongest).max(BRIGHT * self.plan.energy.sqrt() as f32);
+        let mean = self.plan.energy.sqrt() as f32;
+        let room = ONE_PIXEL * self.config.target * self.receivers as f32;
+        let most = (BRIGHTER * strongest).max(BRIGHT * mean).min(room.sqrt() * mean);
         let rect = cell_rect(view.gbuffer, cell.level, cell.x, cell.y);
         (rect.y0..rect.y1).any(|y| {
             (rect.x0..rect.x1).step_by(LANES).any(|x| {
@@ -187,9 +211,13 @@ impl Lattice {
         let mut weighed = std::mem::take(&mut self.weighed);
         let weigh = |kept| self.weigh_kept(view, kept);
         self.kept.par_iter().with_min_len(256).map(weigh).collect_into_vec(&mut weighed);
-        let receivers = self.receivers as f64;
-        let whole = f64::from(self.config.target) * self.plan.energy * receivers;
-        let (noise, noisy) = self.noise_of_pixels(view, fragments);
+        let interpolated: f64 = weighed.iter().map(|one| f64::from(one.energy)).sum();
+        let Measured { noise, energy, noisy } = if round == 0 {
+            self.raise(NOISE_SHARE, interpolated, view, visibility, fragments)
+        } else {
+            self.measure(view, fragments)
+        };
+        let whole = f64::from(self.config.target) * (energy + interpolated);
         let room = (whole - noise).max(LEAST_SHARE * whole);
         self.probe(round, &weighed, [room, noise], view);
         for probe in &self.probes {
@@ -221,6 +249,28 @@ impl Lattice {
         }
         (self.weighed, self.off) = (weighed, off);
         self.risk.limit < f64::INFINITY
+    }
+
+    /// Takes more samples of the receivers that see part of the light where their noise is more than the trial had predicted, so
+    /// many that no more than a share of the target is left. `interpolated` is the energy of interpolated pixels. Returns what
+    /// the others show then.
+    pub(super) fn raise(
+        &mut self,
+        share: f64,
+        interpolated: f64,
+        view: &View,
+        visibility: &mut dyn Visibility,
+        fragments: &mut Fragments,
+    ) -> Measured {
+        let found = self.measure(view, fragments);
+        let goal = share * f64::from(self.config.target) * (found.energy + interpolated);
+        let Some(raised) = self.plan.raised(found.noise, goal).filter(|_| found.noise > NOISY * goal) else {
+            return found;
+        };
+        self.plan = raised;
+        self.evaluate(view, self.fractions.len(), fragments);
+        self.top_up(view, 0, Purpose::Final, visibility, fragments);
+        self.measure(view, fragments)
     }
 
     /// Squared error a pixel of the last cell that there is room for when those come first that err least; infinity where
