@@ -6,8 +6,6 @@
 // The NMSE₂ to come down to; that which noise may have, and the difference that is interpolated over but for noise: `Budget`.
 override WHOLE_TARGET: f32 = 0.0;
 override NOISE_TARGET: f32 = 0.0;
-// Fewest samples along one side of the light where every pixel is traced.
-override EVERY: u32 = 6u;
 override INTERPOLATION: f32 = 0.0;
 
 // Samples along one side of the light, fewest and most, and in a trial.
@@ -68,7 +66,7 @@ fn choose(@builtin(local_invocation_index) lane: u32) {
         }
     }
     let side = min(side_for(noise, NOISE_TARGET * energy), SIDES - 1u);
-    let every = max(side_for(noise, WHOLE_TARGET * energy), EVERY - LEAST);
+    let every = side_for(noise, WHOLE_TARGET * energy);
     chosen[0] = choice_of(side);
     // Not in foliage: what counts there is how many receivers see part of the light, and interpolation saves most of them.
     if every < SIDES {

@@ -46,14 +46,10 @@ pub(crate) fn add_light(
             return;
         }
         if needs_unshadowed {
-            let (mut origins, mut normals) = ([Vec3::ZERO; BLOCK], [Vec3::ZERO; BLOCK]);
-            for lane in 0..image.len() {
-                // Where nothing is seen the normal stays zero, and so does the irradiance.
-                if let Some(receiver) = gbuffer.receiver(first + lane) {
-                    (origins[lane], normals[lane]) = (receiver.origin, receiver.normal);
-                }
-            }
-            unshadowed_many(light, &origins[..image.len()], &normals[..image.len()], &mut irradiance);
+            // Where nothing is seen the normal is zero, and so is the irradiance.
+            let pixels = first..first + image.len();
+            let (origins, normals) = (&gbuffer.position[pixels.clone()], &gbuffer.normal[pixels]);
+            unshadowed_many(light, origins, normals, &mut irradiance[..image.len()]);
         }
         if let Some((unshadowed, visible)) = totals {
             for lane in 0..image.len() {

@@ -57,6 +57,45 @@ pub fn unshadowed_many(light: &AreaLight, origins: &[Vec3], normals: &[Vec3], ou
     }
 }
 
+/// The same to within a few percent where the light is no larger than its distance: by the middles of its four quarters, without
+/// horizons inside them. It is for weights, and takes a fifth of the time.
+pub(crate) fn roughly_unshadowed(light: &AreaLight, origins: &[Vec3], normals: &[Vec3], out: &mut [f32]) {
+    for (out, (origins, normals)) in
+        out.chunks_mut(LANES).zip(origins.chunks(LANES).zip(normals.chunks(LANES)))
+    {
+        rough(light, origins, normals, out);
+    }
+}
+
+multiversion! {
+    /// For up to [`LANES`] receivers.
+    fn rough(light: &AreaLight, origins: &[Vec3], normals: &[Vec3], out: &mut [f32]) {
+        let facing = light.edge_u.cross(light.edge_v);
+        let (mut o, mut n) = ([[0.0f32; LANES]; 3], [[0.0f32; LANES]; 3]);
+        for (lane, (origin, normal)) in origins.iter().zip(normals).enumerate().take(LANES) {
+            for axis in 0..3 {
+                (o[axis][lane], n[axis][lane]) = (origin[axis], normal[axis]);
+            }
+        }
+        let mut sum = [0.0f32; LANES];
+        for (s, t) in [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)] {
+            let point = light.corner + light.edge_u * s + light.edge_v * t;
+            for lane in 0..LANES {
+                let (x, y, z) = (point.x - o[0][lane], point.y - o[1][lane], point.z - o[2][lane]);
+                let square = x * x + y * y + z * z;
+                let above = (n[0][lane] * x + n[1][lane] * y + n[2][lane] * z).max(0.0);
+                let side = -(facing.x * x + facing.y * y + facing.z * z);
+                let side = if light.two_sided { side.abs() } else { side.max(0.0) };
+                sum[lane] += above * side / (square * square).max(f32::MIN_POSITIVE);
+            }
+        }
+        for (out, sum) in out.iter_mut().zip(sum) {
+            // No irradiance is above that of a whole sky.
+            *out = (0.25 * sum).min(std::f32::consts::PI);
+        }
+    }
+}
+
 multiversion! {
     /// In single precision, wrong by less than 1e-4 of itself or 1e-7 where a light's edges are no shorter than an eighth of its distance.
     /// For [`LANES`] receivers.

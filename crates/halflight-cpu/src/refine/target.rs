@@ -30,10 +30,6 @@ pub(super) const NOISE_SHARE: f64 = 0.6;
 /// picture shows.
 const SIDES: std::ops::RangeInclusive<u16> = 4..=32;
 
-/// Samples along one side at least where every pixel is traced: rays of one receiver travel together, and these cost no more
-/// than fewer.
-const EVERY: u16 = 6;
-
 /// Samples along one side in a trial, and of what every receiver is asked where more than [`ONCE`] are due: receivers in the
 /// penumbra get these.
 const FIRST: u16 = 8;
@@ -83,9 +79,6 @@ impl Budget {
 
     /// Most samples along one side of the light that every receiver is asked for at once.
     pub const ONCE: u16 = ONCE;
-
-    /// Fewest samples along one side of the light where every pixel is traced.
-    pub const EVERY: u16 = EVERY;
 
     /// Share of the receivers in cells of a level, from 0 on, that are still to be looked at, from which on all are traced: the
     /// finer levels and what they have to remember cost more than they save, and what is small enough to tear up so much of
@@ -172,7 +165,7 @@ impl Plan {
             full: square(kind, side),
             error: budget.error(side),
             least: Budget::least(side),
-            every: square(kind, side_for(f64::from(target)).max(EVERY)),
+            every: square(kind, side_for(f64::from(target))),
             energy: energy / trial.len().max(1) as f64,
         }
     }

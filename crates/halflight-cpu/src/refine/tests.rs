@@ -290,13 +290,13 @@ fn the_lattice_shares_corners_and_refines_what_it_cannot_predict() {
 fn where_most_pixels_would_be_traced_all_are() {
     let floor = Floor::new(128, 64);
     let config = LatticeConfig { target: 1e-4, ..LatticeConfig::default() };
-    // Pixels that have nothing to do with their neighbours, and see all of the light or nothing: 36 samples, the fewest, will do.
+    // Pixels that have nothing to do with their neighbours, and see all of the light or nothing: 16 samples will do.
     let torn = |x: u32, y: u32| if ((x * 7919) ^ (y * 104_729)) % 97 < 48 { u64::MAX } else { 0 };
     let (fragments, rays) = floor.refine(&mut Lattice::new(config), torn);
     assert_eq!((fragments.cells().len(), fragments.samples().len()), (128 * 64, 128 * 64));
     // The trial took 64 at one corner a cell of 8².
     let trial = 17 * 9;
-    assert_eq!(rays, trial * 64 + (128 * 64 - trial) * 36);
+    assert_eq!(rays, trial * 64 + (128 * 64 - trial) * 16);
     for (pixel, fraction) in fractions(&floor, &fragments).into_iter().enumerate() {
         let seen = torn(pixel as u32 % 128, pixel as u32 / 128) != 0;
         assert_eq!(fraction, Some(if seen { 1.0 } else { 0.0 }), "pixel {pixel}");

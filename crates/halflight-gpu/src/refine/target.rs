@@ -46,12 +46,8 @@ impl Target {
 
     pub(super) fn new(compiler: &Compiler, target: f32) -> Result<Self, GpuError> {
         let Budget { noise, interpolation } = Budget::new(target);
-        let constants = [
-            ("WHOLE_TARGET", target.into()),
-            ("NOISE_TARGET", noise),
-            ("INTERPOLATION", interpolation),
-            ("EVERY", Budget::EVERY.into()),
-        ];
+        let constants =
+            [("WHOLE_TARGET", target.into()), ("NOISE_TARGET", noise), ("INTERPOLATION", interpolation)];
         let [_, one, two] = Budget::DENSE.map(|share| f64::from(share.unwrap_or(f32::MAX)));
         let sum = |counter: usize| compiler.stage(programs::TARGET_SUM, &[("COUNTER", counter as f64)]);
         Ok(Self {

@@ -11,7 +11,7 @@ use halflight_core::mask::Purpose;
 use halflight_core::stages::Visibility;
 use rayon::prelude::*;
 
-use super::foretell::{Measured, irradiance_of};
+use super::foretell::{Measured, rough_irradiance_of};
 use super::{Lattice, NONE, Square, Verdict, View};
 use crate::corners::Corners;
 use crate::refine::place::cell_rect;
@@ -57,8 +57,8 @@ const BRIGHT: f32 = 0.5;
 /// And where one wrong pixel would take so large a share of what the target leaves room for.
 const ONE_PIXEL: f32 = 0.2;
 
-/// Pixels of a row whose unshadowed irradiance is computed together.
-const LANES: usize = 4;
+/// The coarsest level of cells across steps.
+const STEP_LEVEL: usize = 2;
 
 /// Cells whose expected errors are added up together.
 const TOGETHER: usize = 1024;
@@ -173,14 +173,15 @@ impl Lattice {
         let room = ONE_PIXEL * self.config.target * self.receivers as f32;
         let most = (BRIGHTER * strongest).max(BRIGHT * mean).min(room.sqrt() * mean);
         let rect = cell_rect(view.gbuffer, cell.level, cell.x, cell.y);
-        (rect.y0..rect.y1).any(|y| {
-            (rect.x0..rect.x1).step_by(LANES).any(|x| {
-                let mut row = [0.0; LANES];
-                let pixels = (x..rect.x1.min(x + LANES as u32)).map(|x| view.gbuffer.index(x, y) as u32);
-                irradiance_of(view.frame.light(view.light), view.gbuffer, pixels, &mut row);
-                row.iter().any(|&unshadowed| unshadowed > most)
-            })
-        })
+        let row = |y| (rect.x0..rect.x1).map(move |x| view.gbuffer.index(x, y) as u32);
+        let mut unshadowed = [0.0; 1 << (2 * STEP_LEVEL)];
+        rough_irradiance_of(
+            view.frame.light(view.light),
+            view.gbuffer,
+            (rect.y0..rect.y1).flat_map(row),
+            &mut unshadowed,
+        );
+        unshadowed.iter().any(|&unshadowed| unshadowed > most)
     }
 
     /// Squared error of the irradiance per radiance that is expected of all kept cells.
