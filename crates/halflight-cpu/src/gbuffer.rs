@@ -178,8 +178,7 @@ impl Surface {
             distance,
             error: if known { error } else { DVec3::INFINITY },
             extent: u.abs().max(v.abs()).max((c - b).abs()).max_element() as f32,
-            // In double precision, so that no triangle is too small for it.
-            normal: cross.normalize_or_zero().as_vec3(),
+            normal: geometric_normal(corners),
             albedo: material.albedo,
             texture: material.texture,
         }
@@ -194,6 +193,11 @@ impl Surface {
         }
         Ray { origin: eye, d }.parameter(self.corners)
     }
+}
+
+/// Of edges in single precision, as other devices have them, in double, so that no triangle is too small for it.
+fn geometric_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
+    (b - a).as_dvec3().cross((c - a).as_dvec3()).normalize_or_zero().as_vec3()
 }
 
 fn texel(mesh: &Mesh, texture: u32, triangle: u32, second: f32, third: f32) -> Vec3 {
