@@ -7,6 +7,9 @@ override STEPS: u32 = 16u;
 // Neighbouring slices before and behind a sample.
 override THICKNESS: u32 = 0u;
 
+// How far off surfaces rays start beside the bias, for the largest coordinate, as on the CPU.
+const ROUNDING: f32 = 1.0 / 4194304.0;
+
 // Whether voxels hide the point at `at` in the unit square of the light from a receiver. Both ends of its rays are pushed off
 // their surfaces.
 fn is_hidden(receiver: Receiver, at: vec2<f32>, end: vec3<f32>) -> bool {
@@ -14,7 +17,10 @@ fn is_hidden(receiver: Receiver, at: vec2<f32>, end: vec3<f32>) -> bool {
     if range.x >= range.y {
         return false;
     }
-    let start = receiver.origin + receiver.normal * (BIAS * width_along(receiver.origin, receiver.normal, range));
+    let coordinates = abs(receiver.origin);
+    let rounding = max(max(coordinates.x, coordinates.y), coordinates.z) * ROUNDING;
+    let bias = BIAS * width_along(receiver.origin, receiver.normal, range) + rounding;
+    let start = receiver.origin + receiver.normal * bias;
     // A receiver close to the light's plane must not end up behind it.
     let height = dot3(frame.light_normal, receiver.origin - frame.light_corner);
     let clearance = min(bitcast<f32>(grid[LIGHTS + frame.light]), abs(height) * 0.5);

@@ -205,14 +205,14 @@ impl Plan {
         }
     }
 
-    /// The same with more samples for receivers that see part of the light, so that `goal` is left of `noise`; none where there
-    /// are as many as there can be.
+    /// The same with more samples for receivers that see part of the light, so that `goal` is left of `noise`; none where that
+    /// takes more than there can be.
     pub(super) fn raised(&self, noise: f64, goal: f64) -> Option<Self> {
         // Between edges and foliage.
         let sides = f64::from(self.full.columns) * (noise / goal).powf(0.4);
-        let side = (sides.ceil() as u16).min(*SIDES.end());
+        let side = sides.ceil() as u16;
         let full = square(self.full.kind, side);
-        (side > self.full.columns).then_some(Self { full, ..*self })
+        (side > self.full.columns && SIDES.contains(&side)).then_some(Self { full, ..*self })
     }
 
     /// All patterns that a plan may have.

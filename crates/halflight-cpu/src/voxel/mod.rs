@@ -138,6 +138,10 @@ impl Visibility for Voxels {
     }
 }
 
+/// How far off surfaces rays start beside the bias, for the largest coordinate: places among voxels are wrong by that much far
+/// from the origin, where a voxel is little more.
+const ROUNDING: f32 = 1.0 / 4_194_304.0;
+
 /// All that rays to one light share.
 struct Course<'a> {
     grid: &'a Grid,
@@ -159,7 +163,9 @@ impl Course<'_> {
     /// Origin of a receiver's rays, off its surface by the bias, and the light off its plane, in homogeneous coordinates.
     #[inline(always)]
     fn ends(&self, origin: Vec3, normal: Vec3) -> (Vec3, AreaLight) {
-        let start = origin + normal * (self.config.bias * self.frustum.width_along(origin, normal));
+        let rounding = origin.abs().max_element() * ROUNDING;
+        let start =
+            origin + normal * (self.config.bias * self.frustum.width_along(origin, normal) + rounding);
         // A receiver close to the light's plane must not end up behind it.
         let height = self.normal.dot(origin - self.place);
         let lift = self.clearance.min(height.abs() * 0.5).copysign(height);

@@ -12,6 +12,9 @@ pub const NOTHING: f64 = 1e-5;
 /// elsewhere.
 pub const GRANTED: f64 = 1e-3;
 
+/// Share of the error of a picture without shadows from which on a shadow is lost: all of it but for rounding.
+const NEARLY: f64 = 0.999;
+
 /// A picture is degraded when its NMSE₂ is more than this many times the yardstick: twice the RMS error, well above what
 /// another set of light samples would change.
 pub const DEGRADED: f64 = 4.0;
@@ -86,7 +89,7 @@ impl Yardsticks {
 
     /// Whether the picture might as well have no shadow, where every pixel tells that there is one.
     fn shadow_is_lost(&self, nmse2: f64) -> bool {
-        nmse2 >= self.unshadowed && self.unshadowed > DEGRADED * self.every_pixel.max(NOTHING)
+        nmse2 >= self.unshadowed * NEARLY && self.unshadowed > DEGRADED * self.every_pixel.max(NOTHING)
     }
 }
 
