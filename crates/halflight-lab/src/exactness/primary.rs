@@ -21,7 +21,7 @@ const TIE: f64 = 1e-6;
 pub struct PrimaryAgreement {
     /// Pixels that were compared.
     pub pixels: u64,
-    /// Pixels where another triangle is certainly nearer, by more than [ties](TIE) may differ, or where the triangle seen
+    /// Pixels where another triangle is certainly nearer, by more than a millionth of its distance, or where the triangle seen
     /// is certainly not on the pixel's ray.
     pub different: u64,
     /// Pixels whose ray passes so near an edge that double precision cannot tell on which side.
