@@ -328,15 +328,17 @@ fn graphics_devices_render_what_the_processor_does() {
         let error: Value = serde_json::from_str(&place.good("compare one.exr two.exr --json")).unwrap();
         assert!(error["nmse2"].as_f64().unwrap() < 1e-4, "{backend}: {error}");
     }
-    // What is chosen where nothing is said.
+    // What is chosen where nothing is said, but for validation: graphics devices validate nothing.
     for device in ["gpu", "cpu"] {
-        let plain = format!("render contact --size 96x72 --device {device}");
+        let plain = format!(
+            "render contact --size 96x72 --device {device} --error 1e-4 --set refiner.validate=false"
+        );
         place.good(&format!("{plain} --out {device}-plain.exr --stats {device}.json"));
     }
     let expected = ["gpu.json", "cpu.json"].map(|name| json(&place.path(name))["expected_nmse2"].as_f64());
-    // The CPU validates what it interpolates, of which an image as small as this has little.
+    // What is rasterized differs by pixels at outlines, of which an image as small as this has many.
     let [Some(found), Some(expected)] = expected else { panic!("{expected:?}") };
-    assert!(found > 0.4 * expected && found < 2.5 * expected, "{found} {expected}");
+    assert!(found > 0.8 * expected && found < 1.25 * expected, "{found} {expected}");
     let error: Value =
         serde_json::from_str(&place.good("compare gpu-plain.exr cpu-plain.exr --json")).unwrap();
     assert!(error["nmse2"].as_f64().unwrap() < 1e-3, "{error}");

@@ -57,7 +57,7 @@ pub fn unshadowed_many(light: &AreaLight, origins: &[Vec3], normals: &[Vec3], ou
     }
 }
 
-/// The same to within a few percent where the light is no larger than its distance: by the middles of its four quarters, without
+/// Computes [`unshadowed_many`] to within a few percent where the light is no larger than its distance: by the middles of its four quarters, without
 /// horizons inside them. It is for weights, and takes a fifth of the time.
 pub(crate) fn roughly_unshadowed(light: &AreaLight, origins: &[Vec3], normals: &[Vec3], out: &mut [f32]) {
     for (out, (origins, normals)) in

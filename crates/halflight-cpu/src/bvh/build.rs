@@ -27,17 +27,17 @@ const DEEP: usize = 40;
 
 /// A triangle on its way into a block.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Item {
+struct Item {
     bounds: Bounds,
     /// Surface, m².
     area: f32,
     /// Index in the mesh.
-    pub(super) triangle: u32,
+    triangle: u32,
 }
 
 /// A box.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds {
+struct Bounds {
     low: Vec3A,
     high: Vec3A,
 }
@@ -90,7 +90,7 @@ impl Range {
     }
 }
 
-/// What a bin has collected.
+/// Triangles of a bin: their box and number.
 #[derive(Clone, Copy)]
 struct Bin {
     bounds: Bounds,
@@ -206,7 +206,6 @@ fn partition(items: &mut [Item], is_left: impl Fn(&Item) -> bool) -> usize {
 
 /// Nodes of a subtree, with references to blocks and nodes counted from the subtree's own first ones, and the ranges of items
 /// that become blocks.
-#[derive(Default)]
 struct Subtree {
     nodes: Vec<Node>,
     leaves: Vec<(u32, u32)>,
@@ -291,7 +290,7 @@ fn promise(child: &Range, area: f32) -> f32 {
     area.min(0.5 * child.bounds.area()) / (child.count as f32).sqrt()
 }
 
-/// Builds nodes and blocks over a mesh; node 0 is the root. Triangles without an area are left out.
+/// Builds nodes and blocks over a mesh; node 0 is the root. Every triangle is in one block.
 pub(super) fn build(mesh: &Mesh, padding: f32) -> (Vec<Node>, Vec<Block>) {
     let item = |index: usize| {
         let [a, b, c] = mesh.corners(index).map(Vec3A::from);

@@ -74,7 +74,7 @@ impl Node {
         self.occupied |= 1 << slot;
     }
 
-    /// The same with references to later nodes and blocks.
+    /// Moves references to later nodes and blocks, by so many of each.
     pub(super) fn moved(mut self, nodes: u32, blocks: u32) -> Self {
         for slot in self.slots() {
             let child = &mut self.children[slot];

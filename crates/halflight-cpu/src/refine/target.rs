@@ -170,7 +170,7 @@ impl Plan {
         }
     }
 
-    /// The same with one tolerance, however strong the light is.
+    /// Returns the plan with one tolerance, however strong the light is.
     pub(super) fn alike_everywhere(&self) -> Self {
         Self { energy: 0.0, ..*self }
     }
@@ -205,7 +205,7 @@ impl Plan {
         }
     }
 
-    /// The same with more samples for receivers that see part of the light, so that `goal` is left of `noise`; none where that
+    /// Returns the plan with more samples for receivers that see part of the light, so that `goal` is left of `noise`; none where that
     /// takes more than there can be.
     pub(super) fn raised(&self, noise: f64, goal: f64) -> Option<Self> {
         // Between edges and foliage.

@@ -122,7 +122,7 @@ impl Lattice {
     }
 }
 
-/// What pixels with samples of their own show, summed over them, per radiance.
+/// Sums over the pixels with samples of their own, per radiance.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Measured {
     /// Expected squared error of the irradiance.
@@ -152,7 +152,7 @@ fn irradiance_of(light: &AreaLight, gbuffer: &GBuffer, pixels: impl Iterator<Ite
     out[..count].copy_from_slice(&unshadowed[..count]);
 }
 
-/// The same to within a few percent.
+/// Computes [`irradiance_of`] to within a few percent.
 pub(super) fn rough_irradiance_of(
     light: &AreaLight,
     gbuffer: &GBuffer,
