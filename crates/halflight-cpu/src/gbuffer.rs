@@ -19,7 +19,7 @@ const SQUARE: usize = 4;
 const FINE: usize = 16;
 
 /// Triangles that are remembered.
-const SURFACES: usize = 16;
+const SURFACES: usize = 64;
 
 /// Fills `out` with the nearest surface at every pixel centre. `bvh` must be built over `scene`'s mesh.
 ///
@@ -46,6 +46,8 @@ fn trace_with(isa: Isa, bvh: &Bvh, scene: &Scene, width: u32, height: u32, out: 
         .zip(out.albedo.par_chunks_mut(band))
         .zip(out.primitive.par_chunks_mut(band))
         .enumerate()
+        // Bands differ in cost.
+        .with_max_len(1)
         .for_each(|(index, ((((depth, position), normal), albedo), primitive))| {
             let rows = Rows { top: index * TILE, depth, position, normal, albedo, primitive };
             isa.run(Band { bvh, mesh: &scene.mesh, view: &view, rows });

@@ -322,7 +322,8 @@ impl Pipeline {
         let Self { state, pool } = self;
         match pool {
             Some(pool) => pool.install(|| state.render())?,
-            None => state.render()?,
+            // Inside the global pool: from outside, each of hundreds of parallel loops would wake a worker and wait for it.
+            None => rayon::scope(|_| state.render())?,
         }
         Ok(&self.state.image)
     }

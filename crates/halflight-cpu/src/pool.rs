@@ -1,7 +1,11 @@
-//! Working memory that tasks borrow and that lasts from frame to frame.
+//! Tasks of the visibility backends: their size, and working memory that they borrow and that lasts from frame to frame.
 
 use std::fmt;
 use std::sync::{Mutex, PoisonError};
+
+/// Groups of neighbouring queries, or chunks of them, that one task answers at most. Their cost differs by more than ten times,
+/// and threads that are done early would wait for longer tasks.
+pub(crate) const TASK: usize = 16;
 
 /// Things that are not in use.
 pub(crate) struct Pool<T>(Mutex<Vec<Box<T>>>);

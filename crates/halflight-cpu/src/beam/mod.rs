@@ -25,7 +25,7 @@ use rayon::prelude::*;
 
 use crate::bvh::Bvh;
 use crate::occluder::{Points, Rows, Samples};
-use crate::pool::Pool;
+use crate::pool::{Pool, TASK};
 use crate::shaft::{GROUP, Prover};
 use crate::simd::Isa;
 use group::{Answers, Groups};
@@ -114,7 +114,7 @@ fn answer<M: Samples + Send>(
         let answers = Answers { bvh, light, pattern, words, queries, wanted, visible };
         pool.lend(Groups::new, |groups| groups.answer(isa, rays, answers))
     };
-    groups.map(one).sum()
+    groups.with_max_len(TASK).map(one).sum()
 }
 
 /// Whether queries come tile by tile.

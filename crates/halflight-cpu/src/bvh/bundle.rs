@@ -69,7 +69,7 @@ impl Bundle {
                 S::Wide::load(&self.ends[axis][at..]).sub(origin).store(&mut self.d[axis][at..]);
             }
         }
-        self.finish::<S>();
+        self.bound::<S, true>();
     }
 
     /// Where shadow rays end, an array an axis.
@@ -90,9 +90,16 @@ impl Bundle {
         Vec3::new(self.ends[0][ray], self.ends[1][ray], self.ends[2][ray])
     }
 
-    /// Reciprocals and bounds, once all rays are there. Unused lanes of the last group repeat its first ray.
+    /// Computes what closest hits need, once all rays are there.
     #[inline(always)]
     pub(crate) fn finish<S: Simd>(&mut self) {
+        self.bound::<S, false>();
+    }
+
+    /// Computes the bounds of all groups, and reciprocals where single rays are traced. Unused lanes of the last group repeat
+    /// its first ray.
+    #[inline(always)]
+    fn bound<S: Simd, const SINGLE: bool>(&mut self) {
         let width = S::Wide::WIDTH;
         let filled = self.count.next_multiple_of(GROUP);
         (self.low, self.high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
@@ -108,7 +115,9 @@ impl Bundle {
                 for at in (first..first + GROUP).step_by(width) {
                     let d = S::Wide::load(&d[at..]);
                     (low, high) = (low.min(d), high.max(d));
-                    inverse(d).store(&mut self.inverse[axis][at..]);
+                    if SINGLE {
+                        inverse(d).store(&mut self.inverse[axis][at..]);
+                    }
                 }
                 (least[axis], most[axis]) = (low.least(), high.greatest());
             }

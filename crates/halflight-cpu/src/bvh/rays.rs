@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use super::Bvh;
 use super::bundle::{Bundle, RAYS};
 use super::stack::Stacks;
+use crate::pool::TASK;
 use crate::samples::{LANES, positions};
 use crate::shaft::Prover;
 use crate::simd::{Isa, Kernel, Simd};
@@ -66,7 +67,8 @@ impl Visibility for BvhRays {
         }
         let wanted = parts.wanted.par_chunks(CHUNK * words);
         let visible = parts.visible.par_chunks_mut(CHUNK * words);
-        parts.queries.par_chunks(CHUNK).zip(wanted).zip(visible).for_each(|((queries, wanted), visible)| {
+        let chunks = parts.queries.par_chunks(CHUNK).zip(wanted).zip(visible).with_max_len(TASK);
+        chunks.for_each(|((queries, wanted), visible)| {
             let chunk = Chunk { bvh: &self.bvh, light: &light, pattern, words, queries, wanted, visible };
             if self.together {
                 chunk.trace(self.isa);

@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::occluder::{Points, Rows, Triangle};
-use crate::pool::Pool;
+use crate::pool::{Pool, TASK};
 use crate::shaft::GROUP;
 use crate::simd::Isa;
 use answer::{Chunk, Worker, answer};
@@ -185,7 +185,7 @@ impl Visibility for Raster4d {
         };
         let wanted = parts.wanted.par_chunks(GROUP * words);
         let visible = parts.visible.par_chunks_mut(GROUP * words);
-        let chunks = parts.queries.par_chunks(GROUP).zip(wanted).zip(visible);
+        let chunks = parts.queries.par_chunks(GROUP).zip(wanted).zip(visible).with_max_len(TASK);
         let chunk = |((queries, wanted), visible)| Chunk {
             config,
             triangles,

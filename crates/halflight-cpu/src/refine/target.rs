@@ -154,10 +154,16 @@ impl Plan {
     pub(super) fn reach(target: f32, kind: PatternKind, trial: &[Trial]) -> Self {
         let budget = Budget::new(target);
         let energy: f64 = trial.iter().map(Trial::energy).sum();
-        let noise = |side: u16| trial.iter().map(|one| one.noise_with(side)).sum::<f64>();
+        let noisy: Vec<&Trial> = trial.iter().filter(|one| one.variance > 0.0).collect();
+        let noise = |side: u16| noisy.iter().map(|one| one.noise_with(side)).sum::<f64>();
+        // More samples never have more noise.
         let side_for = |error: f64| {
-            let side = SIDES.into_iter().find(|&side| noise(side) <= error * energy);
-            side.unwrap_or(*SIDES.end())
+            let (mut low, mut high) = (*SIDES.start(), *SIDES.end());
+            while low < high {
+                let middle = low.midpoint(high);
+                if noise(middle) <= error * energy { high = middle } else { low = middle + 1 }
+            }
+            low
         };
         let side = side_for(budget.noise);
         Self {

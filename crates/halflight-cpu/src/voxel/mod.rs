@@ -27,6 +27,7 @@ pub use config::{Traversal, VoxelConfig, VoxelError};
 pub use frustum::Frustum;
 pub use march::turned;
 
+use crate::pool::TASK;
 use crate::samples::{LANES, positions};
 use crate::simd::{Isa, Kernel, Simd};
 use fan::Run;
@@ -116,7 +117,8 @@ impl Visibility for Voxels {
         };
         let wanted = parts.wanted.par_chunks(CHUNK * words);
         let visible = parts.visible.par_chunks_mut(CHUNK * words);
-        parts.queries.par_chunks(CHUNK).zip(wanted).zip(visible).for_each(|((queries, wanted), visible)| {
+        let chunks = parts.queries.par_chunks(CHUNK).zip(wanted).zip(visible).with_max_len(TASK);
+        chunks.for_each(|((queries, wanted), visible)| {
             self.isa.run(Chunk { course: &course, pattern, words, queries, wanted, visible });
         });
     }

@@ -5,6 +5,7 @@ use halflight_core::fragment::{Cell, Fragments, Sample};
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::hash;
 use halflight_core::light::AreaLight;
+use halflight_core::mask::MaskBatch;
 use rayon::prelude::*;
 
 use super::Lattice;
@@ -22,9 +23,19 @@ const VECTOR: usize = 16;
 /// targets, a quarter as many within 14 %.
 const JUDGED: usize = 8192;
 
+/// One part in so many of the cells may be added before the noise of all is measured anew.
+const FEW: usize = 16;
+
 impl Lattice {
-    /// Computes the fractions of all samples from `known` on; for an error target their unshadowed irradiance as well.
+    /// Computes the visible fractions of all samples from `known` on; for an error target their unshadowed irradiance as
+    /// well.
     pub(super) fn evaluate(&mut self, view: &View, known: usize, fragments: &Fragments) {
+        self.evaluate_fractions(view, known, fragments);
+        self.evaluate_unshadowed(view, fragments);
+    }
+
+    /// Computes the visible fractions of all samples from `known` on.
+    pub(super) fn evaluate_fractions(&mut self, view: &View, known: usize, fragments: &Fragments) {
         let (samples, light) = (&fragments.samples()[known..], view.frame.light(view.light));
         self.fractions.resize(fragments.samples().len(), f32::NAN);
         self.fractions[known..].par_iter_mut().zip(samples).with_min_len(256).for_each(
@@ -33,6 +44,22 @@ impl Lattice {
                 *fraction = irradiance::fraction(light, batch, sample.first as usize).unwrap_or(f32::NAN);
             },
         );
+    }
+
+    /// Computes the visible fractions of all queries of a batch, which belong to the samples at `places`.
+    pub(super) fn evaluate_batch(&mut self, view: &View, batch: &MaskBatch, places: &[u32]) {
+        let light = view.frame.light(view.light);
+        let fraction = |query| irradiance::fraction(light, batch, query).unwrap_or(f32::NAN);
+        let queries = (0..places.len()).into_par_iter().with_min_len(256);
+        queries.map(fraction).collect_into_vec(&mut self.renewed);
+        for (&place, &fraction) in places.iter().zip(&self.renewed) {
+            self.fractions[place as usize] = fraction;
+        }
+    }
+
+    /// Computes the unshadowed irradiance of samples that have none yet.
+    fn evaluate_unshadowed(&mut self, view: &View, fragments: &Fragments) {
+        let light = view.frame.light(view.light);
         let lit = self.unshadowed.len();
         if self.config.target <= 0.0 || lit >= fragments.samples().len() {
             return;
@@ -69,7 +96,11 @@ impl Lattice {
     /// Predicted squared error of the irradiance by luminance, summed over all pixels: the noise of pixels on their own, by
     /// some of them where there are many, and what validation has found of interpolated cells.
     pub(super) fn expect(&mut self, view: &View, fragments: &Fragments) -> f64 {
-        let sum = self.measure(view, fragments).noise + self.error_of_cells(view);
+        let measured = match self.measured {
+            Some((cells, measured)) if (fragments.cells().len() - cells) * FEW < cells => measured,
+            _ => self.measure(view, fragments),
+        };
+        let sum = measured.noise + self.error_of_cells(view);
         sum * f64::from(luminance(view.frame.light(view.light).radiance)).powi(2)
     }
 
@@ -87,10 +118,13 @@ impl Lattice {
             let sample = &fragments.samples()[index as usize];
             let (batch, query) = (fragments.batch(sample.batch), sample.first as usize);
             let variance = neighbours[usize::from(sample.batch)].variance(batch, query).0;
-            let fraction = irradiance::fraction(light, batch, query).unwrap_or(0.0);
+            let fraction = match self.fractions.get(index as usize) {
+                Some(&fraction) => fraction.max(0.0),
+                None => irradiance::fraction(light, batch, query).unwrap_or(0.0),
+            };
             let count = group.len() as f64;
             Judged {
-                pixel: sample.pixel,
+                sample: index,
                 variance: f64::from(variance) * count,
                 energy: f64::from(fraction).powi(2) * count,
             }
@@ -98,10 +132,17 @@ impl Lattice {
         let mut judged = std::mem::take(&mut self.judged);
         cells.par_chunks(stride).enumerate().with_min_len(256).map(judge).collect_into_vec(&mut judged);
         judged.retain(|one| one.energy > 0.0);
+        let known = &self.unshadowed;
         let block = |block: &[Judged]| {
             let mut unshadowed = [0.0; TOGETHER];
-            let pixels = block.iter().map(|one| one.pixel);
-            irradiance_of(light, view.gbuffer, pixels, &mut unshadowed[..block.len()]);
+            if known.len() == fragments.samples().len() {
+                for (unshadowed, one) in unshadowed.iter_mut().zip(block) {
+                    *unshadowed = known[one.sample as usize];
+                }
+            } else {
+                let pixels = block.iter().map(|one| fragments.samples()[one.sample as usize].pixel);
+                irradiance_of(light, view.gbuffer, pixels, &mut unshadowed[..block.len()]);
+            }
             let mut sum = Measured::default();
             for (one, unshadowed) in block.iter().zip(unshadowed) {
                 let power = f64::from(unshadowed).powi(2);
@@ -114,11 +155,13 @@ impl Lattice {
         // In one order, whatever the number of threads.
         let blocks = judged.par_chunks(TOGETHER).with_min_len(16).map(block).collect::<Vec<Measured>>();
         (self.judged, self.neighbours) = (judged, neighbours);
-        blocks.into_iter().fold(Measured::default(), |a, b| Measured {
+        let measured = blocks.into_iter().fold(Measured::default(), |a, b| Measured {
             noise: a.noise + b.noise,
             energy: a.energy + b.energy,
             noisy: a.noisy + b.noisy,
-        })
+        });
+        self.measured = Some((cells.len(), measured));
+        measured
     }
 }
 
@@ -133,10 +176,10 @@ pub(super) struct Measured {
     pub(super) noisy: f64,
 }
 
-/// A pixel that speaks for some: the variance and the square of its visible fraction, times their number.
+/// A pixel that speaks for some: its sample, the variance and the square of its visible fraction, times their number.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Judged {
-    pixel: u32,
+    sample: u32,
     variance: f64,
     energy: f64,
 }

@@ -25,7 +25,7 @@ use super::target::{Neighbours, Plan, Steps, Trial};
 use super::trace_pixels;
 use crate::corners::Corners;
 use crate::rise::{Between, Rise, RiseLimits};
-use foretell::Judged;
+use foretell::{Judged, Measured};
 use validate::{Probe, Risk, Weighed};
 use view::View;
 
@@ -141,9 +141,13 @@ pub struct Lattice {
     /// Receivers that see part of the light, and their samples.
     partly: Vec<u32>,
     partly_samples: Vec<u32>,
+    /// Visible fractions by more samples.
+    renewed: Vec<f32>,
     /// Pixels that tell how noisy the frame will be.
     judged: Vec<Judged>,
     neighbours: Vec<Neighbours>,
+    /// What pixels with samples of their own showed last, and how many cells there were.
+    measured: Option<(usize, Measured)>,
     expected: Option<f64>,
     /// Cells to look at, by level.
     pending: Vec<Vec<Square>>,
@@ -311,7 +315,9 @@ impl Lattice {
             let sample = fragments.sample_mut(sample);
             (sample.batch, sample.first) = (batch, query);
         }
-        self.evaluate(view, known, fragments);
+        let places = std::mem::take(&mut self.partly_samples);
+        self.evaluate_batch(view, fragments.batch(batch), &places);
+        self.partly_samples = places;
     }
 
     /// Whether so many pixels are left to be looked at, in cells of this level, that every one may as well be traced.
@@ -423,6 +429,7 @@ impl Refiner for Lattice {
         self.fractions.clear();
         self.unshadowed.clear();
         self.risk = Risk::default();
+        self.measured = None;
         self.receivers = if self.config.target > 0.0 {
             gbuffer
                 .primitive
@@ -473,6 +480,7 @@ impl Refiner for Lattice {
             self.descend_all(&view, visibility, fragments);
             round += 1;
         }
+        self.expected = (self.config.target > 0.0).then(|| self.expect(&view, fragments));
         for &(cell, verdict) in self.kept.iter().flatten() {
             if self.config.certify {
                 let pixels = view.receivers(cell);
@@ -492,7 +500,6 @@ impl Refiner for Lattice {
             }
             fragments.push_cell(cell.level, cell.x, cell.y, &own[..count]);
         }
-        self.expected = (self.config.target > 0.0).then(|| self.expect(&view, fragments));
     }
 
     fn patterns(&self, full: Pattern) -> Vec<Pattern> {
@@ -531,7 +538,7 @@ impl Refiner for Lattice {
             + self.weighed.capacity() * size_of::<Weighed>()
             + self.ranked.capacity() * size_of::<(f64, u32)>()
             + self.off.capacity() * 4
-            + (self.partly.capacity() + self.partly_samples.capacity()) * 4
+            + (self.partly.capacity() + self.partly_samples.capacity() + self.renewed.capacity()) * 4
             + self.trial.capacity() * size_of::<Trial>()
             + self.judged.capacity() * size_of::<Judged>()
             + self.neighbours.capacity() * size_of::<Neighbours>()

@@ -36,7 +36,8 @@ const OF_A_CLASS: usize = 24;
 /// Validated pixels that the mean errors assumed beforehand count for.
 const ASSUMED: f64 = 6.0;
 
-/// Share of the target that is left to interpolation at least, however much noise there is.
+/// Share of the target, or of the noise where that is more, that is left to interpolation at least: where no number of samples
+/// reaches the target, finer cells do not either.
 const LEAST_SHARE: f64 = 0.25;
 
 /// Share of the target that may be expected before cells are split for it, and the share of what is left to interpolation
@@ -44,8 +45,9 @@ const LEAST_SHARE: f64 = 0.25;
 /// mend than it is worth.
 const TOLERATED: f64 = 1.25;
 
-/// How many times the noise that was planned may be before more samples are taken.
-const NOISY: f64 = 1.3;
+/// How many times the noise that was planned may be before more samples are taken: receivers in the penumbra are then asked
+/// anew, which costs as much as they did. What is left is 1.3 times the target at most.
+const NOISY: f64 = 1.5;
 
 const MARGIN: f64 = 0.8;
 
@@ -219,7 +221,7 @@ impl Lattice {
             self.measure(view, fragments)
         };
         let whole = f64::from(self.config.target) * (energy + interpolated);
-        let room = (whole - noise).max(LEAST_SHARE * whole);
+        let room = (whole - noise).max(LEAST_SHARE * whole.max(noise));
         self.probe(round, &weighed, [room, noise], view);
         for probe in &self.probes {
             let pixel = view.gbuffer.index(probe.x, probe.y);
@@ -269,7 +271,7 @@ impl Lattice {
             return found;
         };
         self.plan = raised;
-        self.evaluate(view, self.fractions.len(), fragments);
+        self.evaluate_fractions(view, self.fractions.len(), fragments);
         self.top_up(view, 0, Purpose::Final, visibility, fragments);
         self.measure(view, fragments)
     }
