@@ -12,6 +12,10 @@ use crate::simd::{Isa, Kernel, Simd};
 /// Queries of one group and room for their answers.
 pub(super) type Answers<'a> = Chunk<'a>;
 
+/// Triangles on a list that a group shares from which on a bundle of rays for each receiver is quicker. Of 16, 24, 32, 48 and 80
+/// the best or within 3 % of it in two halls, church, tower, toys and railing; more make the railing a quarter slower.
+const RIVAL: usize = 32;
+
 /// How much is looked at before another way is taken.
 #[derive(Clone, Copy)]
 struct Limits {
@@ -36,15 +40,14 @@ impl Limits {
         Self { short: 64, whole: 512, long, blocks, rays: false }
     }
 
-    /// Where rays may answer too. Those of up to 64 samples travel as one bundle, and cost less than a list of some ten
-    /// times the square root of their number.
+    /// Where rays may answer too. Those of up to 64 samples travel as one bundle, and cost less than a list of more than
+    /// [`RIVAL`] triangles.
     fn or_rays(pattern: Pattern) -> Self {
         let beams = Self::new(pattern);
         if pattern.len() > RAYS {
             return beams;
         }
-        let short = 10 * pattern.len().isqrt();
-        Self { short, whole: short, rays: true, ..beams }
+        Self { short: RIVAL, whole: RIVAL, rays: true, ..beams }
     }
 }
 

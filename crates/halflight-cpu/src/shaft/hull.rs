@@ -43,8 +43,9 @@ impl Hull {
             light_high.abs().max(light_low.abs()).max(low.abs()).max(high.abs()).max_element().max(largest);
         let slack = size * 2f32.powi(-20);
         let mut hull = Self {
-            low: low.min(light_low) - slack,
-            high: high.max(light_high) + slack,
+            // Receivers are where they are; samples of the light are rounded.
+            low: low.min(light_low - slack),
+            high: high.max(light_high + slack),
             sides: [[Side { first: 0.0, second: 0.0, limit: 0.0 }; 4]; 3],
             counts: [0; 3],
             receivers: (low, high),
@@ -127,18 +128,23 @@ impl Hull {
         }
         // Signed distances, times the normal's length, of the receivers' box and of the light from the triangle's plane.
         let normal = block.normals::<L>();
-        let (middle, half) =
-            ((self.receivers.0 + self.receivers.1) * 0.5, (self.receivers.1 - self.receivers.0) * 0.5);
-        let receivers = normal.dot(Vector::splat(middle).sub(corners[0]));
-        let spread = normal.abs().dot(Vector::splat(half));
+        let near = normal.mul(Vector::splat(self.receivers.0).sub(corners[0]));
+        let far = normal.mul(Vector::splat(self.receivers.1).sub(corners[0]));
+        let (receivers, others) = (near.min(far).sum(), near.max(far).sum());
+        // Of differences, products and sums; normals are right to within a rounding. The receivers' own surface, which lies a
+        // few units in the last place behind them, must not count.
+        let doubt =
+            near.abs().max(far.abs()).sum().mul(L::splat(2f32.powi(-21))).add(L::splat(f32::MIN_POSITIVE));
         let corner = normal.dot(Vector::splat(self.light.corner).sub(corners[0]));
         let (u, v) =
             (normal.dot(Vector::splat(self.light.edge_u)), normal.dot(Vector::splat(self.light.edge_v)));
         let zero = L::splat(0.0);
-        let least = receivers.sub(spread).min(corner.add(u.min(zero)).add(v.min(zero)));
-        let most = receivers.add(spread).max(corner.add(u.max(zero)).add(v.max(zero)));
+        let least = corner.add(u.min(zero)).add(v.min(zero));
+        let most = corner.add(u.max(zero)).add(v.max(zero));
         let error = normal.abs().sum().mul(L::splat(8.0 * self.slack));
-        inside & !(error.lt(least) | most.add(error).lt(zero))
+        let before = doubt.lt(receivers) & error.lt(least);
+        let behind = others.add(doubt).lt(zero) & most.add(error).lt(zero);
+        inside & !(before | behind)
     }
 
     /// The part of a segment that lies in the hull, if any does.
