@@ -4,6 +4,7 @@
 
 mod convergence;
 mod determinism;
+mod image_hashes;
 mod placement;
 mod sizes;
 mod thin_shadows;
