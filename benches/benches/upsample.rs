@@ -3,7 +3,7 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use halflight::config::UpsamplerConfig;
+use halflight::config::{RefinerConfig, UpsamplerConfig};
 use halflight::frame::{Frame, Sharing};
 use halflight::irradiance::{Shading, evaluate};
 use halflight::pattern::{Pattern, PatternKind};
@@ -23,7 +23,7 @@ fn bench(c: &mut Criterion) {
     let mut group = c.benchmark_group("upsample");
     group.sample_size(20);
     for upsampler in UpsamplerConfig::ALL {
-        let mut stage = upsampler.stage();
+        let mut stage = upsampler.stage(&RefinerConfig::default());
         group.bench_function(upsampler.name(), |b| {
             b.iter(|| stage.upsample(&frame, pipeline.fragments(), &values, &mut out));
         });

@@ -11,11 +11,20 @@ override INTERPOLATION: f32 = 0.0;
 // Samples along one side of the light, fewest and most, and in a trial.
 const LEAST: u32 = 4u;
 const MOST: u32 = 20u;
-const TRIAL: f32 = 64.0;
+const FIRST: u32 = 8u;
+const TRIAL: f32 = f32(FIRST * FIRST);
 const SIDES: u32 = MOST - LEAST + 1u;
 
 // Share of differing neighbours at which samples are as good as independent.
 const INDEPENDENT: f32 = 0.35;
+
+// Standard deviation of the visible fraction by a trial's samples, the power of their number that it falls with, and how many
+// times it the difference is that is interpolated over, at least; bounds on that.
+const DEVIATION: f32 = 0.02;
+const DECAY: f32 = 0.75;
+const DEVIATIONS: f32 = 2.5;
+const LEAST_ERROR: f32 = 0.01;
+const MOST_ERROR: f32 = 0.3;
 
 // One over a number of columns or rows: divided by the compiler, since devices may round.
 const SCALES = array(
@@ -101,8 +110,8 @@ fn pattern_of(side: u32) -> Pattern {
 fn choice_of(side: u32) -> Choice {
     let pattern = pattern_of(side);
     // Below the masks' own noise, pixels are no better than what they replace.
-    let deviation = 0.02 * pow(TRIAL / f32(pattern.count), 0.75);
+    let deviation = DEVIATION * pow(TRIAL / f32(pattern.count), DECAY);
     var none: Pattern;
-    let error = clamp(max(INTERPOLATION, 2.5 * deviation), 0.01, 0.3);
+    let error = clamp(max(INTERPOLATION, DEVIATIONS * deviation), LEAST_ERROR, MOST_ERROR);
     return Choice(pattern, error, frame.coarsest, none);
 }

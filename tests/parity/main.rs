@@ -5,6 +5,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+mod constants;
 mod controls;
 mod device;
 mod exact;

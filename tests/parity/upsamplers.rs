@@ -24,7 +24,7 @@ fn cpu_plane(twins: &Twins, config: &PipelineConfig) -> Vec<f32> {
     };
     let mut plane = vec![0.0; gbuffer.pixels()];
     let values = values(twins, config.shading);
-    config.upsampler.stage().upsample(&frame, twins.cpu.fragments(), &values, &mut plane);
+    config.upsampler.stage(&config.refiner).upsample(&frame, twins.cpu.fragments(), &values, &mut plane);
     plane
 }
 

@@ -1,5 +1,6 @@
 //! Whole frames.
 
+use halflight::config::{Named, PipelineConfig, RefinerConfig};
 use halflight::glam::Vec3;
 use halflight::irradiance::Shading;
 use halflight::pipeline::Image;
@@ -37,5 +38,20 @@ fn full_frames_are_equal() {
                 "{scene} {shading:?}, rasterized: {off:e}"
             );
         }
+    }
+}
+
+#[test]
+fn every_refiner_works_with_the_upsampler_that_fits_it() {
+    let Some(bench) = Bench::open() else { return };
+    for refiner in RefinerConfig::NAMES {
+        let refiner = RefinerConfig::named(refiner).unwrap();
+        let config =
+            PipelineConfig { refiner, upsampler: refiner.upsampler(), ..full(64, 48, Shading::Ratio) };
+        let twins = Twins::render(&bench, "atrium", &config, true);
+        let image: Vec<[f32; 4]> = bench.read(twins.gpu.image());
+        let off = nmse2(&image, twins.cpu.image());
+        // As in the tests of each refiner: a ray that rounding decides otherwise may split a fragment.
+        assert!(off < 1e-3, "{refiner:?}: {off:e}");
     }
 }

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use halflight::config::UpsamplerConfig;
+use halflight::config::{RefinerConfig, UpsamplerConfig};
 use halflight::fragment::{Fragments, Sample};
 use halflight::frame::Frame;
 use halflight::irradiance::Shading;
@@ -82,7 +82,8 @@ fn corner_samples_go_through_every_upsampler() {
     for upsampler in UpsamplerConfig::ALL {
         for shading in [Shading::Sampled, Shading::Ratio] {
             let builder = stage.builder().size(160, 120).refiner(Corners).shading(shading);
-            let mut pipeline = builder.boxed_upsampler(upsampler.stage()).build().unwrap();
+            let mut pipeline =
+                builder.boxed_upsampler(upsampler.stage(&RefinerConfig::default())).build().unwrap();
             let image = pipeline.render().unwrap().clone();
             assert!(image.irradiance.iter().all(|v| v.is_finite()), "{upsampler:?}");
             let error = nmse2(&image, &reference);

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod backends;
+mod contracts;
 mod corners;
 #[allow(dead_code, unreachable_pub)]
 #[path = "../../crates/halflight/examples/custom_stages.rs"]

@@ -20,7 +20,7 @@ const SIZES: [(u32, u32, usize); 2] = [(64, 48, 1), (45, 37, 8)];
 
 /// FNV-1a over the bits of an image.
 fn hash(mut state: u64, image: &[Vec3]) -> u64 {
-    for byte in image.iter().flat_map(|v| v.to_array()).flat_map(|value| value.to_bits().to_le_bytes()) {
+    for byte in image.iter().flat_map(Vec3::to_array).flat_map(|value| value.to_bits().to_le_bytes()) {
         state = (state ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
     }
     state

@@ -159,26 +159,28 @@ pub(crate) struct Choices {
     #[arg(long, default_value = "cpu", value_parser = PossibleValuesParser::new(DEVICES))]
     pub(crate) device: String,
     /// NMSE₂ to come down to: the lattice with as many light samples and as fine cells as that takes. What is to be expected
-    /// is among the statistics [default: 1e-4, unless stages, samples or a configuration are chosen].
+    /// is among the statistics [default: 1e-4, unless samples or other stages are chosen].
     #[arg(long, value_name = "NMSE2", value_parser = target, conflicts_with_all = ["refiner", "upsampler", "shading", "samples"])]
     pub(crate) error: Option<f32>,
     /// Interpolate only where it is proved that no thin shadow is missed. The lattice with a backend that proves things:
     /// bvh, beam or auto.
     #[arg(long, conflicts_with_all = ["refiner", "upsampler", "shading"])]
     pub(crate) certify: bool,
-    /// Which fragments the image is made of [default: lattice].
+    /// Which fragments the image is made of; a name brings the refiner's own constants and an upsampler that fits it
+    /// [default: lattice, at an error target].
     #[arg(long, value_parser = PossibleValuesParser::new(<RefinerConfig as Named>::NAMES))]
     pub(crate) refiner: Option<String>,
     /// What answers shadow rays; auto is beam where few triangles lie between receivers and light, and bvh elsewhere [default: auto].
     #[arg(long, value_parser = PossibleValuesParser::new(<VisibilityConfig as Named>::NAMES))]
     pub(crate) visibility: Option<String>,
-    /// How pixels are interpolated between fragments [default: lattice].
+    /// How pixels are interpolated between fragments [default: lattice with the lattice, bilinear with full, else rbf-robust].
+    /// Graphics devices interpolate the lattice's cells by lattice only, and no others.
     #[arg(long, value_parser = PossibleValuesParser::new(UpsamplerConfig::NAMES))]
     pub(crate) upsampler: Option<String>,
     /// What is interpolated: irradiance, or the visible fraction [default: ratio].
     #[arg(long, value_parser = ["sampled", "ratio"])]
     pub(crate) shading: Option<String>,
-    /// Light samples of a full mask, 1 to 4096 [default: 64].
+    /// Light samples of a full mask, 1 to 4096 [default: as many as the error target takes; 64 without one].
     #[arg(long, value_name = "N")]
     pub(crate) samples: Option<u32>,
     /// How light samples are placed in their strata [default: jittered; shifted-rows for raster4d, which needs rows].

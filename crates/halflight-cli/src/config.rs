@@ -7,9 +7,6 @@ use serde_json::{Map, Value, json};
 
 use crate::args::Choices;
 
-/// NMSE₂ to come down to where nothing is said: the noise of 64 jittered samples in every pixel of a hall is 3e-5 to 1e-4.
-const DEFAULT_ERROR: f32 = 1e-4;
-
 /// The configuration that the options make.
 ///
 /// # Errors
@@ -19,6 +16,9 @@ pub(crate) fn configure(choices: &Choices) -> Result<PipelineConfig, String> {
     if let Some(path) = &choices.config {
         let within = |message: String| format!("{}: {message}", path.display());
         config.lay(&read(path).map_err(within)?).map_err(within)?;
+    }
+    if contradicts_target(choices) {
+        config.leave_target();
     }
     config.lay(&options(choices))?;
     for setting in &choices.settings {
@@ -52,18 +52,14 @@ fn options(choices: &Choices) -> Value {
     let text = |option: &Option<String>| option.as_ref().map(|value| json!(value));
     put("width", choices.size.map(|(width, _)| json!(width)));
     put("height", choices.size.map(|(_, height)| json!(height)));
-    let plain = is_plain(choices);
-    let lattice = plain || choices.error.is_some() || choices.certify;
-    let mut refiner = json!({});
-    if lattice {
-        refiner = json!({ "name": "lattice", "certify": choices.certify });
-    } else if let Some(name) = &choices.refiner {
-        refiner = json!({ "name": name });
-    }
-    if let Some(error) = choices.error.or(plain.then_some(DEFAULT_ERROR)) {
-        refiner["target"] = json!(error);
-    }
-    put("refiner", Some(refiner));
+    let lattice = choices.error.is_some() || choices.certify;
+    let refiner = if lattice {
+        let target = choices.error.unwrap_or(0.0);
+        Some(json!({ "name": "lattice", "certify": choices.certify, "target": target }))
+    } else {
+        choices.refiner.as_ref().map(|name| json!({ "name": name }))
+    };
+    put("refiner", refiner);
     put("visibility", choices.visibility.as_ref().map(|name| json!({ "name": name })));
     put("upsampler", if lattice { Some(json!("lattice")) } else { text(&choices.upsampler) });
     put("shading", if lattice { Some(json!("ratio")) } else { text(&choices.shading) });
@@ -81,14 +77,11 @@ fn options(choices: &Choices) -> Value {
     Value::Object(keys)
 }
 
-/// Whether nothing is chosen that an error target would contradict.
-fn is_plain(choices: &Choices) -> bool {
-    let Choices { error, certify, refiner, upsampler, shading, samples, pattern, config, settings, .. } =
-        choices;
-    let chosen = [refiner, upsampler, shading, pattern].into_iter().any(Option::is_some);
+/// Whether stages are chosen that the default error target does not go with: then the light samples are as many as are asked for.
+fn contradicts_target(choices: &Choices) -> bool {
+    let Choices { upsampler, shading, pattern, .. } = choices;
     let exact = matches!(choices.visibility.as_deref(), None | Some("bvh" | "beam" | "auto"));
-    let none = error.is_none() && !certify && !chosen && samples.is_none();
-    none && exact && config.is_none() && settings.is_empty()
+    !exact || [upsampler, shading, pattern].into_iter().any(Option::is_some)
 }
 
 /// A configuration file: JSON by its ending, TOML otherwise.
@@ -110,34 +103,62 @@ fn parse_setting(setting: &str) -> Result<Value, String> {
 /// A configuration in the making.
 struct Layered {
     keys: Value,
+    /// Whether a layer has chosen a refiner, an upsampler, or an error target.
+    refiner: bool,
+    upsampler: bool,
+    target: bool,
 }
 
 impl Layered {
     fn new() -> Result<Self, String> {
         let keys = serde_json::to_value(PipelineConfig::default()).map_err(|error| error.to_string())?;
-        Ok(Self { keys })
+        Ok(Self { keys, refiner: false, upsampler: false, target: false })
     }
 
-    /// Lays `layer` over the keys so far. Every key is tried as soon as it is set, so that a fault has its name.
+    /// Lays `layer` over the keys so far. Every key is tried as soon as it is set, so that a fault has its name. A refiner brings
+    /// the upsampler that fits it and a number of light samples ends the default error target, unless these are chosen.
     fn lay(&mut self, layer: &Value) -> Result<(), String> {
-        self.choose::<RefinerConfig>(layer)?;
+        self.upsampler |= layer.get("upsampler").is_some();
+        self.target |= layer.pointer("/refiner/target").is_some();
+        if self.choose::<RefinerConfig>(layer)? && !self.upsampler {
+            let upsampler = self.finish()?.refiner.upsampler();
+            self.keys["upsampler"] = json!(upsampler.name());
+        }
+        self.refiner |= layer.pointer("/refiner/name").is_some();
         self.choose::<VisibilityConfig>(layer)?;
+        if layer.pointer("/sampling/count").is_some() {
+            self.leave_target();
+        }
         self.lay_at("", layer)
     }
 
-    /// Takes another stage if `layer` names one: its keys are others, so that its name comes first.
-    fn choose<T: Named>(&mut self, layer: &Value) -> Result<(), String> {
+    /// Ends the default error target.
+    fn leave_target(&mut self) {
+        if !self.target
+            && let Some(target) = self.keys.pointer_mut("/refiner/target")
+        {
+            *target = json!(0.0);
+        }
+    }
+
+    /// Takes another stage if `layer` names one: its keys are others, so that its name comes first. Returns whether it did.
+    fn choose<T: Named>(&mut self, layer: &Value) -> Result<bool, String> {
         let pointer = format!("/{}/name", T::STAGE);
-        let Some(name) = layer.pointer(&pointer).filter(|&name| self.keys.pointer(&pointer) != Some(name))
-        else {
-            return Ok(());
+        let Some(name) = layer.pointer(&pointer) else {
+            return Ok(false);
         };
+        // The default refiner has other constants than the one of its name.
+        let again =
+            self.keys.pointer(&pointer) == Some(name) && (T::STAGE != RefinerConfig::STAGE || self.refiner);
+        if again {
+            return Ok(false);
+        }
         let stage = name
             .as_str()
             .and_then(T::named)
             .ok_or_else(|| format!("{}.name is {name}, expected one of {}", T::STAGE, T::NAMES.join(", ")))?;
         self.keys[T::STAGE] = serde_json::to_value(stage).map_err(|error| error.to_string())?;
-        Ok(())
+        Ok(true)
     }
 
     fn lay_at(&mut self, pointer: &str, layer: &Value) -> Result<(), String> {

@@ -6,6 +6,7 @@ use std::fs;
 use std::process::{Command, Stdio};
 
 use common::{Place, json};
+use halflight_cpu::config::PipelineConfig;
 use serde_json::Value;
 
 mod common;
@@ -246,6 +247,39 @@ fn a_configuration_is_printed_read_back_and_overridden() {
     assert!(both.contains("interleaved = true") && both.contains("seed = 4"), "{both}");
     place.good("render contact --config all.toml --stats s.json");
     assert_eq!(json(&place.path("s.json"))["config"]["refiner"]["visibility_threshold"], 0.25);
+}
+
+#[test]
+fn a_refiner_brings_its_upsampler_and_samples_end_the_error_target() {
+    let place = Place::new("defaults");
+    let printed = |arguments: &str| place.good(&format!("render {arguments} --print-config"));
+    let plain = printed("");
+    let library: PipelineConfig = toml::from_str(&plain).unwrap();
+    assert_eq!(library, PipelineConfig::default());
+    assert!(plain.contains("target = 0.0001") || plain.contains("target = 9.99"), "{plain}");
+    for (arguments, upsampler) in [
+        ("--refiner sfvt-gass", "rbf-robust"),
+        ("--refiner nichols", "rbf-robust"),
+        ("--set refiner.name=nichols", "rbf-robust"),
+        ("--refiner full", "bilinear"),
+        ("--refiner lattice", "lattice"),
+        ("--refiner full --upsampler delaunay", "delaunay"),
+        ("--upsampler delaunay --set refiner.name=full", "delaunay"),
+    ] {
+        let found = printed(arguments);
+        assert!(found.contains(&format!("upsampler = \"{upsampler}\"")), "{arguments}:\n{found}");
+    }
+    fs::write(place.path("chosen.toml"), "upsampler = \"rbf-fixed\"\n").unwrap();
+    assert!(printed("--config chosen.toml --refiner full").contains("upsampler = \"rbf-fixed\""));
+    // What is asked for is not ignored.
+    for arguments in ["--samples 16", "--set sampling.count=16", "--refiner lattice", "--shading sampled"] {
+        let found = printed(arguments);
+        assert!(found.contains("target = 0.0\n"), "{arguments}:\n{found}");
+    }
+    fs::write(place.path("seed.toml"), "seed = 3\n").unwrap();
+    fs::write(place.path("target.toml"), "[refiner]\ntarget = 0.5\n[sampling]\ncount = 16\n").unwrap();
+    assert!(!printed("--config seed.toml").contains("target = 0.0\n"));
+    assert!(printed("--config target.toml --samples 25").contains("target = 0.5"));
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! What a refiner hands on: samples with their masks, and the cells of the image that they stand for.
 
+use crate::gbuffer::GBuffer;
 use crate::mask::{MaskBatch, Purpose};
 use crate::pattern::Pattern;
 
@@ -81,7 +82,34 @@ pub enum FragmentError {
         /// Index of the cell.
         cell: usize,
     },
+    /// A cell has more samples, or lies farther right or down, than can be.
+    #[error("the refiner's cell {cell} has more than {MAX_CELL_SAMPLES} samples or lies at more than 65535")]
+    Limits {
+        /// Index of the cell.
+        cell: usize,
+    },
+    /// There are more batches than can be.
+    #[error("the refiner opened more than {MAX_BATCHES} batches")]
+    Batches,
+    /// Two cells hold the same pixel.
+    #[error("pixel {pixel} lies in more than one of the refiner's cells")]
+    Twice {
+        /// Index of the pixel.
+        pixel: usize,
+    },
+    /// No cell holds a pixel that sees geometry.
+    #[error("pixel {pixel} sees geometry and lies in none of the refiner's cells")]
+    Uncovered {
+        /// Index of the pixel.
+        pixel: usize,
+    },
 }
+
+/// Most samples of a cell.
+pub const MAX_CELL_SAMPLES: usize = u8::MAX as usize;
+
+/// Most batches in one frame.
+pub const MAX_BATCHES: usize = u16::MAX as usize + 1;
 
 /// Fragments of one light in one frame. Reused from frame to frame: nothing is freed.
 ///
@@ -97,6 +125,10 @@ pub struct Fragments {
     cell_samples: Vec<u32>,
     batches: Vec<MaskBatch>,
     used: usize,
+    /// The first thing that was refused.
+    fault: Option<FragmentError>,
+    /// One bit a pixel that lies in a cell.
+    covered: Vec<u64>,
 }
 
 impl Fragments {
@@ -107,10 +139,16 @@ impl Fragments {
         self.cells.clear();
         self.cell_samples.clear();
         self.used = 0;
+        self.fault = None;
     }
 
-    /// Opens an empty batch and returns its index. Queries that samples refer to stay in it until the next frame.
+    /// Opens an empty batch and returns its index. Queries that samples refer to stay in it until the next frame. From
+    /// [`MAX_BATCHES`] on the last one is opened again, and [`Fragments::validate`] fails.
     pub fn open_batch(&mut self, pattern: Pattern, purpose: Purpose) -> u16 {
+        if self.used == MAX_BATCHES {
+            self.fault.get_or_insert(FragmentError::Batches);
+            self.used -= 1;
+        }
         if self.used == self.batches.len() {
             self.batches.push(MaskBatch::default());
         }
@@ -145,11 +183,16 @@ impl Fragments {
         &mut self.samples[index as usize]
     }
 
-    /// Adds a cell with the samples that it takes its values from.
+    /// Adds a cell with the samples that it takes its values from, at most [`MAX_CELL_SAMPLES`]. One with more, or that lies at
+    /// more than 65535, is left out, and [`Fragments::validate`] fails.
     pub fn push_cell(&mut self, level: u8, x: u32, y: u32, samples: &[u32]) {
         let first = self.cell_samples.len() as u32;
+        let (Ok(x), Ok(y), Ok(count)) = (x.try_into(), y.try_into(), samples.len().try_into()) else {
+            self.fault.get_or_insert(FragmentError::Limits { cell: self.cells.len() });
+            return;
+        };
         self.cell_samples.extend_from_slice(samples);
-        self.cells.push(Cell { x: x as u16, y: y as u16, level, count: samples.len() as u8, first });
+        self.cells.push(Cell { x, y, level, count, first });
     }
 
     /// Makes pixels cells with a sample each; their masks are the queries of `batch`, one a pixel in their order.
@@ -169,12 +212,69 @@ impl Fragments {
         self.cells.extend(pixels.iter().zip(first..).map(cell));
     }
 
-    /// Checks that samples and cells refer to pixels, queries and samples that exist, so that the stages that follow a
-    /// refiner from outside need not.
+    /// Checks that samples and cells refer to pixels, queries and samples that exist and that every pixel of the G-buffer that
+    /// sees geometry lies in exactly one cell, so that the stages that follow a refiner from outside need not.
     ///
     /// # Errors
     /// The first fault found.
-    pub fn validate(&self) -> Result<(), FragmentError> {
+    pub fn validate(&mut self, gbuffer: &GBuffer) -> Result<(), FragmentError> {
+        if let Some(fault) = self.fault {
+            return Err(fault);
+        }
+        self.check_references()?;
+        self.check_cover(gbuffer)
+    }
+
+    /// Checks that every pixel that sees geometry lies in exactly one cell.
+    fn check_cover(&mut self, gbuffer: &GBuffer) -> Result<(), FragmentError> {
+        let Self { covered, cells, width, height, .. } = self;
+        let row = width.div_ceil(64) as usize;
+        covered.clear();
+        covered.resize(row * *height as usize, 0);
+        for cell in &*cells {
+            let (x0, y0, x1, y1) = cell.pixels(*width, *height);
+            if cell.level == 0 && x0 < x1 && y0 < y1 {
+                let (word, bit) = (&mut covered[y0 as usize * row + (x0 / 64) as usize], 1 << (x0 % 64));
+                if *word & bit != 0 {
+                    return Err(FragmentError::Twice { pixel: (y0 * *width + x0) as usize });
+                }
+                *word |= bit;
+                continue;
+            }
+            for y in y0..y1 {
+                let mut x = x0;
+                while x < x1 {
+                    let end = x1.min((x / 64 + 1) * 64);
+                    let bits = (!0u64 >> (64 - (end - x))) << (x % 64);
+                    let word = &mut covered[y as usize * row + (x / 64) as usize];
+                    if *word & bits != 0 {
+                        let column = x / 64 * 64 + (*word & bits).trailing_zeros();
+                        return Err(FragmentError::Twice { pixel: (y * *width + column) as usize });
+                    }
+                    *word |= bits;
+                    x = end;
+                }
+            }
+        }
+        for (y, words) in covered.chunks(row.max(1)).enumerate() {
+            for (number, &word) in words.iter().enumerate() {
+                let first = 64 * number;
+                let count = 64.min(*width as usize - first);
+                let mut missing = !word & (!0u64 >> (64 - count));
+                while missing != 0 {
+                    let pixel = y * *width as usize + first + missing.trailing_zeros() as usize;
+                    if gbuffer.is_receiver(pixel) {
+                        return Err(FragmentError::Uncovered { pixel });
+                    }
+                    missing &= missing - 1;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that samples and cells refer to what exists.
+    fn check_references(&self) -> Result<(), FragmentError> {
         let pixels = self.width as usize * self.height as usize;
         for (index, sample) in self.samples.iter().enumerate() {
             let queries =
@@ -254,6 +354,7 @@ impl Fragments {
         self.samples.capacity() * size_of::<Sample>()
             + self.cells.capacity() * size_of::<Cell>()
             + self.cell_samples.capacity() * 4
+            + self.covered.capacity() * 8
             + self.batches.iter().map(MaskBatch::bytes).sum::<usize>()
     }
 }
@@ -310,12 +411,59 @@ mod tests {
             fragments.reset(5, 3, 0);
             fragments.push_sample(sample);
             fragments.push_cell(2, 0, 0, cell);
-            fragments.validate()
+            fragments.validate(&empty(5, 3))
         };
         assert_eq!(check(sample, &[0]), Ok(()));
         assert_eq!(check(Sample { pixel: 15, ..sample }, &[0]), Err(FragmentError::Pixel { sample: 0 }));
         assert_eq!(check(Sample { x: f32::NAN, ..sample }, &[0]), Err(FragmentError::Pixel { sample: 0 }));
         assert_eq!(check(Sample { probes: 1, ..sample }, &[0]), Err(FragmentError::Query { sample: 0 }));
         assert_eq!(check(sample, &[1]), Err(FragmentError::Cell { cell: 0 }));
+        assert_eq!(check(sample, &[0; 255]), Ok(()));
+        assert_eq!(check(sample, &[0; 256]), Err(FragmentError::Limits { cell: 0 }));
+    }
+
+    fn empty(width: u32, height: u32) -> GBuffer {
+        let mut gbuffer = GBuffer::default();
+        gbuffer.reset(width, height);
+        gbuffer
+    }
+
+    #[test]
+    fn receivers_lie_in_exactly_one_cell() {
+        let mut gbuffer = empty(150, 9);
+        gbuffer.primitive[3 * 150 + 140] = 7;
+        let check = |cells: &[(u8, u32, u32)]| {
+            let mut fragments = Fragments::default();
+            fragments.reset(150, 9, 0);
+            for &(level, x, y) in cells {
+                fragments.push_cell(level, x, y, &[]);
+            }
+            fragments.validate(&gbuffer)
+        };
+        assert_eq!(check(&[(0, 140, 3)]), Ok(()));
+        assert_eq!(check(&[(7, 1, 0), (6, 0, 0), (6, 1, 0)]), Ok(()));
+        assert_eq!(check(&[(0, 140, 4), (7, 0, 0)]), Err(FragmentError::Uncovered { pixel: 3 * 150 + 140 }));
+        assert_eq!(check(&[]), Err(FragmentError::Uncovered { pixel: 3 * 150 + 140 }));
+        // Where nothing is seen as well, since one of them would be lost.
+        let twice = |pixel: usize| Err(FragmentError::Twice { pixel });
+        assert_eq!(check(&[(0, 140, 3), (0, 140, 3)]), twice(3 * 150 + 140));
+        assert_eq!(check(&[(7, 0, 0), (7, 1, 0), (0, 127, 8)]), twice(8 * 150 + 127));
+        assert_eq!(check(&[(0, 63, 0), (6, 0, 0)]), twice(63));
+        assert_eq!(check(&[(0, 149, 8), (1, 74, 4)]), twice(8 * 150 + 149));
+        let far = check(&[(0, 140, 3), (0, 70_000, 0)]);
+        assert_eq!(far, Err(FragmentError::Limits { cell: 1 }));
+    }
+
+    #[test]
+    fn too_many_batches_are_noticed() {
+        let mut fragments = Fragments::default();
+        fragments.reset(1, 1, 0);
+        let pattern = Pattern { kind: crate::pattern::PatternKind::Grid, columns: 1, rows: 1 };
+        for _ in 0..MAX_BATCHES {
+            fragments.open_batch(pattern, Purpose::Final);
+        }
+        assert_eq!(fragments.validate(&empty(1, 1)), Ok(()));
+        assert_eq!(fragments.open_batch(pattern, Purpose::Final), u16::MAX);
+        assert_eq!(fragments.validate(&empty(1, 1)), Err(FragmentError::Batches));
     }
 }

@@ -21,17 +21,6 @@ pub struct AreaLight {
     pub two_sided: bool,
 }
 
-/// A point on a light that stands for a share of its area.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightSample {
-    /// World space, metres.
-    pub position: Vec3,
-    /// Emitted radiance there, W/m²/sr.
-    pub radiance: Vec3,
-    /// The share of the light's area that the sample stands for, m².
-    pub area: f32,
-}
-
 /// Why a light cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]

@@ -19,10 +19,10 @@ use halflight_core::stats::{FrameStats, RayCounts, VisibilityStats};
 use crate::beam::Beam;
 use crate::bvh::Bvh;
 use crate::compose::{self, Totals, luminance};
+use crate::config::RefinerConfig;
 use crate::flush::{self, FlushLight};
 use crate::irradiance::{self, Shading};
 use crate::raster4d::Raster4dError;
-use crate::refine::Lattice;
 use crate::voxel::VoxelError;
 use crate::{gbuffer, horizon, pyramid, upsample};
 
@@ -58,6 +58,11 @@ pub enum PipelineError {
     /// The mesh is inconsistent.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// The hierarchy is over another mesh, or over the same one before it moved.
+    #[error(
+        "the hierarchy is not over the scene's mesh: build one with Bvh::build, or refit it after the mesh has moved"
+    )]
+    ForeignBvh,
     /// The camera looks nowhere.
     #[error("the camera cannot be used: {0}")]
     Camera(&'static str),
@@ -110,7 +115,7 @@ impl PipelineBuilder {
         self
     }
 
-    /// The refiner; [`Lattice`] by default.
+    /// The refiner; the default is that of [`RefinerConfig`].
     pub fn refiner(mut self, refiner: impl Refiner + 'static) -> Self {
         self.refiner = Box::new(refiner);
         self
@@ -190,6 +195,9 @@ impl PipelineBuilder {
             return Err(PipelineError::Size { width, height });
         }
         check_scene(&self.scene)?;
+        if !self.bvh.is_over(&self.scene.mesh) {
+            return Err(PipelineError::ForeignBvh);
+        }
         let pattern = self.sampling.pattern()?;
         check_patterns(self.refiner.as_ref(), self.visibility.as_ref(), pattern)?;
         let pool = match self.threads {
@@ -303,7 +311,7 @@ impl Pipeline {
             visibility: Box::new(Beam::or_rays(Arc::clone(&bvh))),
             bvh,
             size: (640, 480),
-            refiner: Box::new(Lattice::default()),
+            refiner: RefinerConfig::default().stage(),
             upsampler: Box::new(upsample::Lattice::default()),
             shading: Shading::default(),
             sampling: LightSampling::default(),
@@ -333,7 +341,8 @@ impl Pipeline {
     /// into later ones.
     ///
     /// # Errors
-    /// The scene cannot be rendered, or the backend does not fit the refiner; the pipeline is then as it was.
+    /// The scene cannot be rendered, the hierarchy is not over its mesh as it is, or the backend does not fit the refiner; the
+    /// pipeline is then as it was.
     pub fn set_scene(
         &mut self,
         scene: Arc<Scene>,
@@ -341,6 +350,9 @@ impl Pipeline {
         visibility: Box<dyn Visibility>,
     ) -> Result<(), PipelineError> {
         check_scene(&scene)?;
+        if !bvh.is_over(&scene.mesh) {
+            return Err(PipelineError::ForeignBvh);
+        }
         let State { builder, pattern, flush, .. } = &mut self.state;
         check_patterns(builder.refiner.as_ref(), visibility.as_ref(), *pattern)?;
         (builder.scene, *flush) = flush::separate(&scene, &bvh);
@@ -438,7 +450,7 @@ impl State {
             if let Some(refusal) = refusal {
                 return Err(refusal.into());
             }
-            buffers.fragments.validate()?;
+            buffers.fragments.validate(&buffers.gbuffer)?;
             stats.stages_ms.visibility += traced_ms;
             stats.stages_ms.refine += lap(&mut clock) - traced_ms - (stats.stages_ms.prove - before);
             stats.proofs += refiner.proofs();

@@ -22,6 +22,7 @@ use std::time::{Duration, Instant};
 
 use glam::Vec3;
 use halflight_core::scene::{Mesh, MeshError};
+use rayon::prelude::*;
 
 pub use rays::BvhRays;
 
@@ -116,6 +117,17 @@ impl Bvh {
     /// Number of triangles.
     pub fn triangle_count(&self) -> usize {
         self.triangle_count
+    }
+
+    /// Returns whether the hierarchy is over this mesh as it is: over as many triangles with the same corners.
+    pub fn is_over(&self, mesh: &Mesh) -> bool {
+        mesh.triangle_count() == self.triangle_count
+            && self.blocks.par_iter().with_min_len(1024).all(|block| {
+                (0..).zip(block.triangles()).all(|(lane, triangle)| {
+                    (triangle as usize) < mesh.triangle_count()
+                        && block.triangle_corners(lane) == mesh.corners(triangle as usize)
+                })
+            })
     }
 }
 

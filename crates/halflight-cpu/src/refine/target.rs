@@ -23,12 +23,22 @@ const INTERPOLATION: f64 = 2e-3;
 /// Greatest difference of the visible fraction that is ever interpolated over.
 const MOST_ERROR: f32 = 0.3;
 
+/// Least such difference.
+const LEAST_ERROR: f64 = 0.01;
+
+/// Standard deviation of the visible fraction in the middle of a penumbra by a trial's samples, the power of the number of
+/// samples that it falls with, and how many times it the difference is at least.
+const DEVIATION: f64 = 0.02;
+const DECAY: f64 = 0.75;
+const DEVIATIONS: f64 = 2.5;
+
 /// Share of the target that is left to noise.
 pub(super) const NOISE_SHARE: f64 = 0.6;
 
 /// Samples along one side of the light, fewest and most. Fewer than 16 miss too much, more than 1,024 cost more than any
 /// picture shows.
-const SIDES: std::ops::RangeInclusive<u16> = 4..=32;
+const SIDES: std::ops::RangeInclusive<u16> = LEAST_SIDE..=32;
+const LEAST_SIDE: u16 = 4;
 
 /// Samples along one side in a trial, and of what every receiver is asked where more than [`ONCE`] are due: receivers in the
 /// penumbra get these.
@@ -103,8 +113,8 @@ impl Budget {
 
     /// Least such difference: below the masks' own noise, pixels are no better than what they replace.
     pub fn least(side: u16) -> f32 {
-        let deviation = 0.02 * (f64::from(FIRST * FIRST) / f64::from(side * side)).powf(0.75);
-        (2.5 * deviation).clamp(0.01, f64::from(MOST_ERROR)) as f32
+        let deviation = DEVIATION * (f64::from(FIRST * FIRST) / f64::from(side * side)).powf(DECAY);
+        (DEVIATIONS * deviation).clamp(LEAST_ERROR, f64::from(MOST_ERROR)) as f32
     }
 }
 

@@ -65,7 +65,7 @@ impl Floor {
         fragments.reset(self.gbuffer.width, self.gbuffer.height, 0);
         let mut painted = Painted { seen, rays: 0 };
         refiner.refine(&self.frame(), 0, &mut painted, &mut fragments);
-        fragments.validate().unwrap();
+        fragments.validate(&self.gbuffer).unwrap();
         (fragments, painted.rays)
     }
 }

@@ -174,7 +174,7 @@ fn error_scale() -> f32 {
 }
 
 fn visibility() -> Vec<toml::Table> {
-    let name = VisibilityConfig::default().name();
+    let name = VisibilityConfig::Bvh.name();
     vec![toml::Table::from_iter([("name".to_string(), name.into())])]
 }
 

@@ -142,9 +142,9 @@ pub(crate) fn word(value: impl Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|value| value.as_str().map(str::to_string)).unwrap_or_default()
 }
 
-/// The visibility backend's name, unless it is the default.
+/// The visibility backend's name, unless it is the one that experiments take where they name none.
 fn backend(config: &PipelineConfig) -> Option<&'static str> {
-    (config.visibility != VisibilityConfig::default()).then(|| config.visibility.name())
+    (config.visibility != VisibilityConfig::Bvh).then(|| config.visibility.name())
 }
 
 impl Row {

@@ -75,10 +75,11 @@ pub fn run(
         rows.iter().filter(|row| row.is_in(scene)).map(|row| row.sized(setting.size)).collect()
     };
     let progress = Progress::new(settings.iter().map(|setting| here(setting).len() as u64).sum(), 0);
-    if state.set_aside() > 0 {
+    if let Some(aside) = state.set_aside() {
         progress.say(&format!(
-            "{} rows of another version of the experiment or program are set aside as state.jsonl.old",
-            state.set_aside()
+            "{} lines of another version of the experiment or program, or that cannot be read, are set aside in {}",
+            aside.lines,
+            aside.copy.display()
         ));
     }
     let mut loaded: Option<(usize, Loaded)> = None;

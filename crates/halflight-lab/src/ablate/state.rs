@@ -44,32 +44,46 @@ pub struct State {
     path: PathBuf,
     file: File,
     rows: Vec<Finished>,
-    set_aside: usize,
+    set_aside: Option<SetAside>,
+}
+
+/// Lines of an earlier file that this run cannot use, and the file that they were copied to with all others.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SetAside {
+    /// Number of lines below the header.
+    pub lines: usize,
+    /// The copy.
+    pub copy: PathBuf,
 }
 
 impl State {
-    /// Opens the file or makes it. Rows under the same header are taken over, a line cut short is dropped; a file with
-    /// another header is copied to one that ends in `.old`.
+    /// Opens the file or makes it. Rows under the same header are taken over. Lines that cannot be used, under another header
+    /// or not readable as rows, are kept in a copy of the whole file: `.old`, or `.old2` and so on where there is one. A last
+    /// line that was cut short is dropped.
     ///
     /// # Errors
     /// The file cannot be read or written.
     pub fn open(path: &Path, header: &Header) -> Result<Self, AblateError> {
-        let text = if path.exists() {
-            std::fs::read_to_string(path).map_err(error::at(path))?
-        } else {
-            String::new()
-        };
-        let mut lines = text.lines();
+        let bytes = if path.exists() { std::fs::read(path).map_err(error::at(path))? } else { Vec::new() };
+        let text = String::from_utf8_lossy(&bytes);
+        let mut lines = text.split_inclusive('\n');
         let known = lines.next().and_then(|line| serde_json::from_str::<Header>(line).ok());
-        let mut rows: Vec<Finished> = lines.map_while(|line| serde_json::from_str(line).ok()).collect();
-        let mut set_aside = 0;
-        if known.as_ref() != Some(header) {
-            set_aside = rows.len();
-            if set_aside > 0 {
-                write_file(&path.with_extension("jsonl.old"), text.as_bytes())?;
+        let same = known.as_ref() == Some(header);
+        let (mut rows, mut lost) = (Vec::new(), usize::from(!same && known.is_none() && !text.is_empty()));
+        for line in lines.filter(|line| !line.trim().is_empty()) {
+            match serde_json::from_str::<Finished>(line) {
+                Ok(row) if same => rows.push(row),
+                Err(_) if same && !line.ends_with('\n') => {}
+                _ => lost += 1,
             }
-            rows.clear();
         }
+        let set_aside = if lost > 0 {
+            let copy = unused(path);
+            write_file(&copy, &bytes)?;
+            Some(SetAside { lines: lost, copy })
+        } else {
+            None
+        };
         let mut content = serde_json::to_string(header)? + "\n";
         for row in &rows {
             content += &(serde_json::to_string(row)? + "\n");
@@ -84,9 +98,9 @@ impl State {
         &self.rows
     }
 
-    /// How many rows under another header there were.
-    pub fn set_aside(&self) -> usize {
-        self.set_aside
+    /// Lines of the earlier file that were set aside, if any.
+    pub fn set_aside(&self) -> Option<&SetAside> {
+        self.set_aside.as_ref()
     }
 
     /// The row, if it is finished; the last time, if it was so several times.
@@ -105,6 +119,18 @@ impl State {
         self.rows.push(row);
         Ok(())
     }
+}
+
+/// The first name after `path` for a copy that no file has.
+fn unused(path: &Path) -> PathBuf {
+    let mut copy = path.with_extension("jsonl.old");
+    for number in 2.. {
+        if !copy.exists() {
+            break;
+        }
+        copy = path.with_extension(format!("jsonl.old{number}"));
+    }
+    copy
 }
 
 #[cfg(test)]
@@ -162,10 +188,50 @@ mod tests {
             let mut state = State::open(&path, &header(|_, _| {})).unwrap();
             state.append(finished("nichols", "delaunay", 1.0, 0.1)).unwrap();
             let changed = State::open(&path, &header(change)).unwrap();
-            assert_eq!((changed.rows().len(), changed.set_aside()), (0, 1));
+            assert_eq!(changed.rows().len(), 0);
+            assert_eq!(changed.set_aside().unwrap().lines, 1);
             let old = path.with_extension("jsonl.old");
             assert!(std::fs::read_to_string(&old).unwrap().contains("delaunay"));
             std::fs::remove_file(&old).unwrap();
+        }
+        std::fs::remove_file(&path).unwrap();
+    }
+
+    #[test]
+    fn a_line_that_cannot_be_read_costs_no_other_row() {
+        let (path, header) = (file("broken"), header(|_, _| {}));
+        let mut state = State::open(&path, &header).unwrap();
+        for refiner in ["nichols", "full"] {
+            state.append(finished(refiner, "bilinear", 1.0, 0.1)).unwrap();
+        }
+        let whole = std::fs::read(&path).unwrap();
+        let lines: Vec<&[u8]> = whole.split_inclusive(|&byte| byte == b'\n').collect();
+        // Bytes that are no text, as a full disk leaves them.
+        let broken = [lines[0], lines[1], b"{\"setting\": \xff\xfe\n", lines[2]].concat();
+        std::fs::write(&path, &broken).unwrap();
+        let state = State::open(&path, &header).unwrap();
+        assert_eq!(state.rows().len(), 2);
+        let aside = state.set_aside().unwrap();
+        assert_eq!((aside.lines, std::fs::read(&aside.copy).unwrap()), (1, broken));
+        std::fs::remove_file(&aside.copy).unwrap();
+        std::fs::remove_file(&path).unwrap();
+    }
+
+    #[test]
+    fn rows_that_another_version_wrote_are_kept_and_no_copy_is_written_over() {
+        let (path, header) = (file("kept"), header(|_, _| {}));
+        let files = ["{\"version\": 9}\n{\"a\": 1}\n{\"a\": 2}\n", "no header at all\n"];
+        let copies = files.map(|content| {
+            std::fs::write(&path, content).unwrap();
+            let state = State::open(&path, &header).unwrap();
+            let aside = state.set_aside().unwrap().clone();
+            assert_eq!(std::fs::read_to_string(&aside.copy).unwrap(), content);
+            aside
+        });
+        assert_eq!((copies[0].lines, copies[1].lines), (3, 1));
+        assert_ne!(copies[0].copy, copies[1].copy);
+        for aside in copies {
+            std::fs::remove_file(&aside.copy).unwrap();
         }
         std::fs::remove_file(&path).unwrap();
     }

@@ -37,7 +37,7 @@ impl Method {
     pub fn every_pixel(shading: Shading) -> Self {
         Self {
             refiner: RefinerConfig::Full,
-            visibility: VisibilityConfig::default(),
+            visibility: VisibilityConfig::Bvh,
             upsampler: UpsamplerConfig::ALL[0],
             shading,
         }
@@ -114,9 +114,9 @@ pub fn few() -> Vec<Method> {
         upsampler: match method.refiner {
             RefinerConfig::Full => UpsamplerConfig::ALL[0],
             RefinerConfig::Lattice(_) => UpsamplerConfig::Lattice,
-            _ => UpsamplerConfig::default(),
+            _ => UpsamplerConfig::RbfRobust,
         },
-        visibility: VisibilityConfig::default(),
+        visibility: VisibilityConfig::Bvh,
         shading: Shading::default(),
         ..*method
     };

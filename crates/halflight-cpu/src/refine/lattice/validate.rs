@@ -46,8 +46,8 @@ const LEAST_SHARE: f64 = 0.25;
 const TOLERATED: f64 = 1.25;
 
 /// How many times the noise that was planned may be before more samples are taken: receivers in the penumbra are then asked
-/// anew, which costs as much as they did. What is left is 1.3 times the target at most.
-const NOISY: f64 = 1.5;
+/// anew, which costs as much as they did.
+const NOISY: f64 = 1.3;
 
 const MARGIN: f64 = 0.8;
 

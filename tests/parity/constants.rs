@@ -1,0 +1,93 @@
+//! Constants that are written down in Rust and in WGSL are equal.
+
+use std::fs;
+use std::path::Path;
+
+/// A constant in a shader, and the same one in Rust.
+type Pair = ((&'static str, &'static str), (&'static str, &'static str));
+
+const TARGET: &str = "halflight-cpu/src/refine/target.rs";
+const RISE: &str = "halflight-cpu/src/rise.rs";
+const BUFFERS: &str = "halflight-gpu/src/buffers.rs";
+
+const PAIRS: &[Pair] = &[
+    (("shared/noise", "NOISE"), (TARGET, "NOISE")),
+    (("shared/noise", "ALONE"), (TARGET, "ALONE")),
+    (("refine/target_choose", "INDEPENDENT"), (TARGET, "INDEPENDENT")),
+    (("refine/target_choose", "FIRST"), (TARGET, "FIRST")),
+    (("refine/target_choose", "MOST"), (TARGET, "ONCE")),
+    (("refine/target_choose", "LEAST"), (TARGET, "LEAST_SIDE")),
+    (("refine/target_choose", "DEVIATION"), (TARGET, "DEVIATION")),
+    (("refine/target_choose", "DECAY"), (TARGET, "DECAY")),
+    (("refine/target_choose", "DEVIATIONS"), (TARGET, "DEVIATIONS")),
+    (("refine/target_choose", "LEAST_ERROR"), (TARGET, "LEAST_ERROR")),
+    (("refine/target_choose", "MOST_ERROR"), (TARGET, "MOST_ERROR")),
+    (("refine/breaks", "FAR_STEP"), (RISE, "FAR_STEP_PX")),
+    (("refine/breaks", "NEAREST"), (RISE, "NEAREST")),
+    (("upsample/rbf", "MOST"), ("halflight-cpu/src/upsample/rbf.rs", "MAX_EDGE")),
+    (("upsample/robust", "MOST"), ("halflight-cpu/src/upsample/nearby.rs", "MAX_SAMPLES")),
+    (("upsample/trust", "MIXED"), ("halflight-cpu/src/upsample/nearby.rs", "MIXED")),
+    (("visibility/raster4d", "MARGIN"), ("halflight-cpu/src/raster4d/project.rs", "MARGIN")),
+    (("visibility/bvh", "STACK"), ("halflight-gpu/src/scene.rs", "STACK")),
+    (("visibility/voxel_space", "LIGHTS"), ("halflight-gpu/src/visibility/voxel.rs", "LIGHTS")),
+    (("shared/arguments", "SIDE"), ("halflight-gpu/src/recorder.rs", "SIDE")),
+    (("shared/counters", "TALLY"), (BUFFERS, "TALLY")),
+    (("shared/counters", "BUCKETS"), (BUFFERS, "BUCKETS")),
+    (("shared/counters", "EXPECTED"), (BUFFERS, "EXPECTED")),
+    (("shared/counters", "ENERGY"), (BUFFERS, "ENERGY")),
+];
+
+/// Mean errors of classes of cells: those of `assumed` in the CPU's validation, in its order.
+const ASSUMED: [&str; 4] = ["AGREED", "CURVATURE", "STEP_AGREED", "STEP_MIXED"];
+
+fn text(path: &str) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    fs::read_to_string(root.join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// A number as either language writes it: `1_024u32`, `0.5`, `1.0 / 64.0`.
+fn number(text: &str) -> Option<f64> {
+    if let Some((above, below)) = text.split_once('/') {
+        return Some(number(above)? / number(below)?);
+    }
+    let text = text.trim().replace('_', "");
+    let digits = ["u32", "f32", "f64", "u"].iter().find_map(|suffix| text.strip_suffix(suffix));
+    digits.unwrap_or(&text).parse().ok()
+}
+
+/// The value of `const NAME: type = value;` in a file.
+fn constant(path: &str, name: &str) -> f64 {
+    let text = text(path);
+    let line = text
+        .lines()
+        .find_map(|line| line.trim_start_matches("pub(crate) ").strip_prefix(&format!("const {name}:")));
+    let value = line.and_then(|line| line.split_once('=')?.1.trim().strip_suffix(';'));
+    value.and_then(number).unwrap_or_else(|| panic!("{path} has no number const {name}"))
+}
+
+#[test]
+fn shaders_have_the_constants_of_the_rust_code() {
+    for &((shader, there), (file, here)) in PAIRS {
+        let shader = format!("shaders/{shader}.wgsl");
+        let (found, expected) = (constant(&shader, there), constant(&format!("crates/{file}"), here));
+        assert_eq!(found as f32, expected as f32, "{there} in {shader}, {here} in {file}");
+    }
+}
+
+#[test]
+fn shaders_assume_the_errors_that_the_rust_code_does() {
+    let rust = text("crates/halflight-cpu/src/refine/lattice/validate.rs");
+    let body = rust.split_once("fn assumed(").unwrap().1.split_once("\n}\n").unwrap().0;
+    let arms =
+        body.lines().filter_map(|line| number(line.trim().split_once(" => ")?.1.trim_end_matches(',')));
+    let found = ASSUMED.map(|name| constant("shaders/refine/target_expect.wgsl", name));
+    assert_eq!(found.to_vec(), arms.collect::<Vec<f64>>());
+}
+
+#[test]
+fn the_reader_of_constants_tells_numbers_apart() {
+    assert_eq!(number("65_535"), Some(65_535.0));
+    assert_eq!(number("1.0 / 64.0"), number("0.015625"));
+    assert_ne!(number("0.12"), number("0.13"));
+    assert_eq!((number("SIDE * SIDE"), number("5.96e-8")), (None, Some(5.96e-8)));
+}

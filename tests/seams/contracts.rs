@@ -1,0 +1,121 @@
+//! What stages may rely on, and what is refused where it does not hold.
+
+use std::sync::Arc;
+
+use halflight::bvh::{Bvh, BvhRays};
+use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
+use halflight::fragment::{FragmentError, Fragments, Sample};
+use halflight::frame::Frame;
+use halflight::mask::{MaskBatch, Purpose};
+use halflight::pipeline::PipelineError;
+use halflight::proof::{Proof, Region};
+use halflight::refine::{Lattice, LatticeConfig, RiseLimits};
+use halflight::stages::{Refiner, Visibility};
+use halflight::upsample;
+use halflight_tests::{Stage, blocker_over_floor};
+
+#[test]
+fn a_hierarchy_over_another_mesh_is_refused() {
+    let stage = Stage::new(blocker_over_floor()).unwrap();
+    let larger = Stage::bundled("contact").unwrap();
+    let mut moved = (*stage.scene).clone();
+    moved.mesh.positions[0].y += 0.25;
+    let foreign = |scene: &Stage, bvh: &Stage| {
+        let pipeline = PipelineConfig { width: 8, height: 6, ..PipelineConfig::default() };
+        pipeline.builder(scene.scene.clone(), bvh.bvh.clone()).build()
+    };
+    assert!(matches!(foreign(&stage, &larger), Err(PipelineError::ForeignBvh)));
+    assert!(matches!(foreign(&larger, &stage), Err(PipelineError::ForeignBvh)));
+    let moved = Stage::new(moved).unwrap();
+    assert!(matches!(foreign(&moved, &stage), Err(PipelineError::ForeignBvh)));
+    let mut pipeline = foreign(&stage, &stage).unwrap();
+    let before = pipeline.render().unwrap().irradiance.clone();
+    let rays = || Box::new(BvhRays::new(stage.bvh.clone()));
+    let swapped = pipeline.set_scene(moved.scene.clone(), stage.bvh.clone(), rays());
+    assert!(matches!(swapped, Err(PipelineError::ForeignBvh)));
+    pipeline.set_frame_index(0);
+    assert_eq!(pipeline.render().unwrap().irradiance, before, "the pipeline is as it was");
+    let bvh = Arc::new(Bvh::build(&moved.scene.mesh).unwrap());
+    pipeline.set_scene(moved.scene.clone(), bvh.clone(), Box::new(BvhRays::new(bvh))).unwrap();
+}
+
+#[test]
+fn refiner_and_upsampler_end_surfaces_at_the_same_limits() {
+    let stage = Stage::bundled("atrium").unwrap();
+    let rise = RiseLimits { crease_deg: 80.0, step_px: 40.0 };
+    let lattice = LatticeConfig { rise, error: 0.2, ..LatticeConfig::default() };
+    let config = PipelineConfig {
+        width: 160,
+        height: 120,
+        refiner: RefinerConfig::Lattice(lattice),
+        upsampler: UpsamplerConfig::Lattice,
+        ..PipelineConfig::default()
+    };
+    let by_hand = |limits: RiseLimits| {
+        let upsampler = upsample::LatticeConfig { rise: limits, ..upsample::LatticeConfig::default() };
+        let builder = stage.builder().size(160, 120).refiner(Lattice::new(lattice));
+        let mut pipeline = builder.upsampler(upsample::Lattice::new(upsampler)).build().unwrap();
+        pipeline.render().unwrap().irradiance.clone()
+    };
+    let found = stage.render(&config).unwrap().irradiance;
+    assert!(found == by_hand(rise));
+    assert!(found != by_hand(RiseLimits::default()), "the limits matter here");
+}
+
+/// Says that everything is lit, and proves it.
+struct Bright;
+
+impl Visibility for Bright {
+    fn masks(&mut self, _frame: &Frame, batch: &mut MaskBatch) {
+        let parts = batch.parts();
+        parts.visible.copy_from_slice(parts.wanted);
+    }
+
+    fn prove(&mut self, _frame: &Frame, _light: u32, regions: &[Region], proofs: &mut Vec<Proof>) {
+        proofs.clear();
+        proofs.resize(regions.len(), Proof::Lit);
+    }
+}
+
+#[test]
+fn a_backend_from_outside_can_prove() {
+    let stage = Stage::new(blocker_over_floor()).unwrap();
+    let lattice = Lattice::new(LatticeConfig { certify: true, ..LatticeConfig::default() });
+    let builder = stage.builder().size(64, 48).refiner(lattice).visibility(Bright);
+    let proofs = builder.build().unwrap().render().unwrap().stats.proofs;
+    assert!(proofs.lit > 0 && proofs.umbra == 0 && proofs.bounded == 0, "{proofs:?}");
+}
+
+/// One cell over the whole image, and as many more as are asked for.
+struct Cells(u32);
+
+impl Refiner for Cells {
+    fn refine(&mut self, frame: &Frame, _: u32, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
+        let batch = fragments.open_batch(frame.pattern, Purpose::Final);
+        visibility.masks(frame, fragments.batch_mut(batch));
+        let sample = Sample { probes: 0, ..Sample::of_pixel(0, frame.gbuffer.width, 6, batch, 0) };
+        let sample = fragments.push_sample(sample);
+        for _ in 0..self.0 {
+            fragments.push_cell(6, 0, 0, &[sample]);
+        }
+    }
+}
+
+#[test]
+fn receivers_in_no_cell_or_in_two_are_refused() {
+    let stage = Stage::new(blocker_over_floor()).unwrap();
+    let error = |cells: u32| {
+        let builder = stage.builder().size(64, 48).refiner(Cells(cells));
+        builder.build().unwrap().render().err()
+    };
+    assert!(error(1).is_none());
+    let missing = error(0);
+    let uncovered = PipelineError::Fragments(FragmentError::Uncovered { pixel: 0 });
+    assert_eq!(
+        std::mem::discriminant(missing.as_ref().unwrap()),
+        std::mem::discriminant(&uncovered),
+        "{missing:?}"
+    );
+    assert!(missing.unwrap().to_string().contains("none of the refiner's cells"));
+    assert!(error(2).unwrap().to_string().contains("more than one of the refiner's cells"));
+}
