@@ -1,4 +1,4 @@
-//! A hierarchy over triangles that have moved: built anew, or refitted.
+//! A BVH over triangles that have moved: built anew, or refitted.
 
 #![allow(missing_docs, clippy::unwrap_used)]
 

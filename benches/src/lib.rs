@@ -12,7 +12,7 @@ pub const WIDTH: u32 = 640;
 /// Image height of all benches.
 pub const HEIGHT: u32 = 480;
 
-/// A bundled scene and its hierarchy.
+/// A bundled scene and its BVH.
 ///
 /// # Errors
 /// No scene of this name is bundled, or it cannot be loaded.

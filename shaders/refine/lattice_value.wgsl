@@ -1,5 +1,5 @@
 // Visible fractions and values of the pixels that have just been traced.
-//@ needs shared/at_hand shared/noise shared/sums
+//@ needs shared/query_batch shared/noise shared/sums
 //@ writes samples fractions
 
 // What is interpolated: 0 irradiance, 1 the visible fraction.

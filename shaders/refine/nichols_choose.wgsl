@@ -1,6 +1,6 @@
 // Decides which pending cells are rendered at this level (Nichols10 §3.4); the others go to the next level, are unlit or hold
 // nothing.
-//@ needs shared/append shared/children shared/place shared/pyramid shared/query_mask
+//@ needs shared/append shared/children shared/representative shared/pyramid shared/query_mask
 //@ writes samples
 
 override INTERLEAVED: bool = false;

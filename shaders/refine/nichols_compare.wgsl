@@ -1,5 +1,5 @@
 // Flags rendered cells whose neighbourhood shows an illumination discontinuity.
-//@ needs shared/at_hand shared/query shared/votes
+//@ needs shared/query_batch shared/query shared/votes
 //@ reads queries
 //@ writes cells
 

@@ -1,5 +1,5 @@
 // Puts the bits that were taken over into the masks that came back.
-//@ needs shared/at_hand
+//@ needs shared/query_batch
 //@ reads reused
 //@ writes wanted visible
 

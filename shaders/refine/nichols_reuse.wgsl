@@ -1,5 +1,5 @@
 // Takes bits over on which the coarser neighbourhood agrees (Nichols10 §3.3.2): an invocation for every query of the level.
-//@ needs shared/at_hand shared/query shared/votes
+//@ needs shared/query_batch shared/query shared/votes
 //@ reads queries
 //@ writes wanted reused
 

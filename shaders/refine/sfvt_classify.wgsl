@@ -1,5 +1,5 @@
 // Splits pending cells by geometry, keeps unlit ones, and asks for the masks of the others' sub-fragments (Koa17 §3.3).
-//@ needs shared/append shared/children shared/place shared/pyramid shared/query_mask
+//@ needs shared/append shared/children shared/representative shared/pyramid shared/query_mask
 //@ writes samples
 
 @compute @workgroup_size(64)

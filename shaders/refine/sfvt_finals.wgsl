@@ -1,5 +1,5 @@
-// Full masks of single pixels: level-0 cells, and further samples of larger ones. In tiles of 8 × 8.
-//@ needs shared/append shared/cells shared/place shared/query_mask
+// Full masks of single pixels: level-0 cells, and additional samples of larger ones. In tiles of 8 × 8.
+//@ needs shared/append shared/cells shared/representative shared/query_mask
 //@ writes samples cells
 
 @compute @workgroup_size(8, 8)
@@ -8,7 +8,7 @@ fn finals(@builtin(global_invocation_id) at: vec3<u32>, @builtin(local_invocatio
     var asks = false;
     if at.x < frame.width && at.y < frame.height {
         let state = cells[pixel].state;
-        asks = is_receiver(pixel) && (state == PENDING || state == FURTHER);
+        asks = is_receiver(pixel) && (state == PENDING || state == ADDITIONAL);
         if asks && state == PENDING {
             cells[pixel].kept = KEPT;
             asks = !faces_away(pixel);

@@ -1,5 +1,5 @@
 // What the receivers of a trial show: how bright they are, and how noisy (halflight-cpu/src/refine/target.rs).
-//@ needs shared/at_hand shared/noise shared/sums shared/unshadowed
+//@ needs shared/query_batch shared/noise shared/sums shared/unshadowed
 //@ writes samples
 
 @compute @workgroup_size(64)
@@ -13,5 +13,5 @@ fn show(here: Lane) {
     let bright = unshadowed(receiver.origin, receiver.normal);
     let seen = bright * max(query_fraction(query), 0.0);
     let noise = query_noise(query);
-    samples[pixel] = Sample(vec2(seen * seen, bright * bright * noise.variance), noise.torn, pixel);
+    samples[pixel] = Sample(vec2(seen * seen, bright * bright * noise.variance), noise.disagreement, pixel);
 }

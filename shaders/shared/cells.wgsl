@@ -11,16 +11,16 @@ struct Cell {
     flag: u32,
 }
 
-// Of `state`: to be looked at; the same, and to be rendered whatever its geometry; rendered; a pixel that is a further sample;
+// Of `state`: to be looked at; the same, and to be rendered whatever its geometry; rendered; a pixel that is an additional sample;
 // waiting for masks at its corners; looked at.
 const PENDING: u32 = 1u;
 const FORCED: u32 = 2u;
 const RENDERED: u32 = 3u;
-const FURTHER: u32 = 4u;
+const ADDITIONAL: u32 = 4u;
 const WAITING: u32 = 5u;
 const DONE: u32 = 6u;
 
-// Of `kept`: its samples are one, or its corners; or one, and further ones at its first pixel and those right of and below
+// Of `kept`: its samples are one, or its corners; or one, and additional ones at its first pixel and those right of and below
 // its middle.
 const KEPT: u32 = 1u;
 const KEPT_MORE: u32 = 2u;

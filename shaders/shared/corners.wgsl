@@ -1,6 +1,6 @@
 // A cell's corners (halflight-cpu/src/corners.rs): its first pixel and those of the cells right of and below it, clamped to the
 // image's last column and row; a pixel's are itself.
-//@ needs shared/rise
+//@ needs shared/tangent_plane
 
 struct Corners {
     first: vec2<u32>,

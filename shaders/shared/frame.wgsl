@@ -60,9 +60,9 @@ struct Frame {
     // Where values are no longer mixed: footprint of a pixel at depth 1, what a turn of the normal adds, the cosine of the
     // largest turn, and one over the distance of cosines to the largest that is mixed freely.
     surface: vec4<f32>,
-    // What parts surfaces: sine of an elevation, and footprint of a pixel at depth 1 (halflight-cpu/src/rise.rs).
-    rise_sine: f32,
-    rise_footprint: f32,
+    // What parts surfaces: sine of an elevation, and footprint of a pixel at depth 1 (halflight-cpu/src/tangent_plane.rs).
+    crease_sine: f32,
+    pixel_footprint: f32,
     // Difference of the visible fraction that is interpolated over.
     error: f32,
     // Coarsest level at which steps are interpolated along.

@@ -12,7 +12,7 @@ struct Noise {
     // Expected squared error of the visible fraction.
     variance: f32,
     // Share of neighbouring samples that differ.
-    torn: f32,
+    disagreement: f32,
 }
 
 fn query_noise(query: u32) -> Noise {

@@ -1,4 +1,4 @@
-// Where geometry breaks: two words a cell, level by level. The first is the bits of the largest depth derivative, plus one, or
+// Discontinuities of geometry: two words a cell, level by level. The first is the bits of the largest depth derivative, plus one, or
 // 0 where the cell holds no receiver; the second the bits of the largest curvature. Bits of positive floats have their order.
 //@ writes pyramid
 

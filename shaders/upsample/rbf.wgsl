@@ -1,5 +1,5 @@
 // Gaussian radial basis functions (Koa16 §3.1.5, Koa17 §3.6), as in halflight-cpu/src/upsample/rbf.rs.
-//@ needs shared/further upsample/pixels
+//@ needs shared/additional upsample/pixels
 
 override VARIANCE: f32 = 2.0;
 override REACH: f32 = 2.0;
@@ -66,7 +66,7 @@ fn choose_nearest() {
     }
 }
 
-// Looks at all samples on an edge: the cell's own further ones, and those of the cells across it. `start` is where the cell
+// Looks at all samples on an edge: the cell's own additional ones, and those of the cells across it. `start` is where the cell
 // begins across the edge's direction and `end` where the image ends.
 fn look_along(owner: Owner, edge: Edge, start: u32, beyond: bool, end: u32) {
     found = false;
@@ -91,7 +91,7 @@ fn look_along(owner: Owner, edge: Edge, start: u32, beyond: bool, end: u32) {
     }
 }
 
-// The further samples of a cell that lie on an edge. A pixel on either side of the line does, and one beyond its ends.
+// The additional samples of a cell that lie on an edge. A pixel on either side of the line does, and one beyond its ends.
 fn look_at_further(owner: Owner, edge: Edge) {
     for (var number = 0u; number < further_count(owner); number++) {
         let place = further_place(owner, number);

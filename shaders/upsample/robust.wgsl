@@ -2,7 +2,7 @@
 //
 // The CPU gathers the samples around a piece of a cell, the part in a tile of 8 × 8, and fits its pixels one by one. Here each
 // pixel walks around its piece by itself and adds up what it meets, in the same order.
-//@ needs shared/further shared/tangent upsample/pixels
+//@ needs shared/additional shared/tangent upsample/pixels
 //@ reads trusts
 
 // Radius of a sample's influence, in units of the spacing of samples in its cell.
@@ -38,7 +38,7 @@ const OWN: u32 = 0u;
 const AROUND: u32 = 1u;
 const WIDE: u32 = 2u;
 
-// The value of a pixel that is one of its cell's further samples; below 0 where it is not.
+// The value of a pixel that is one of its cell's additional samples; below 0 where it is not.
 fn exact_value(owner: Owner, pixel: u32) -> f32 {
     for (var number = 0u; number < further_count(owner); number++) {
         if further_place(owner, number) == pixel {
@@ -205,9 +205,9 @@ fn visit(owner: Owner, role: u32) {
     let place = owner_place(owner);
     add(place, reach, select(1.0, trusts[place], owner.level > 0u), role);
     for (var number = 0u; number < further_count(owner); number++) {
-        let further = further_place(owner, number);
-        if further != NONE {
-            add(further, reach, 1.0, role);
+        let additional = further_place(owner, number);
+        if additional != NONE {
+            add(additional, reach, 1.0, role);
         }
     }
 }

@@ -8,7 +8,7 @@
 // The largest coordinate of the scene.
 override LARGEST: f32 = 1.0;
 
-// Triangles that receivers share at most: each costs a ray about a third of what a node of the hierarchy does.
+// Triangles that receivers share at most: each costs a ray about a third of what a node of the BVH does.
 const LIST: u32 = 64u;
 // Nodes that are looked at in search of them at most.
 const QUEUE: u32 = 512u;
@@ -35,7 +35,7 @@ var<workgroup> queued: atomic<u32>;
 var<workgroup> list: array<u32, LIST>;
 var<workgroup> listed: atomic<u32>;
 // The nodes at hand, and whether all triangles have found room.
-var<workgroup> at_hand: vec3<u32>;
+var<workgroup> query_batch: vec3<u32>;
 var<workgroup> first_spilled: u32;
 
 @compute @workgroup_size(64)
@@ -56,7 +56,7 @@ fn beam(here: Lane) {
     if here.index == 0u {
         start_gathering();
     }
-    var nodes_left = workgroupUniformLoad(&at_hand);
+    var nodes_left = workgroupUniformLoad(&query_batch);
     while nodes_left.x < nodes_left.y {
         for (var item = nodes_left.x + here.index; item < nodes_left.y; item += 64u) {
             visit(queue[item]);
@@ -65,9 +65,9 @@ fn beam(here: Lane) {
         if here.index == 0u {
             let total = atomicLoad(&queued);
             let fits = total <= QUEUE && atomicLoad(&listed) <= LIST;
-            at_hand = vec3(nodes_left.y, select(nodes_left.y, total, fits), u32(fits));
+            query_batch = vec3(nodes_left.y, select(nodes_left.y, total, fits), u32(fits));
         }
-        nodes_left = workgroupUniformLoad(&at_hand);
+        nodes_left = workgroupUniformLoad(&query_batch);
     }
     let fits = nodes_left.z == 1u;
     if here.index == 0u && !fits {
@@ -151,7 +151,7 @@ fn is_hidden(origin: vec3<f32>, end: vec3<f32>, count: u32) -> bool {
 // The hull of the receivers, and the root to look at.
 fn start_gathering() {
     if atomicLoad(&members) == 0u || arrayLength(&nodes) < 5u {
-        at_hand = vec3(0u, 0u, 1u);
+        query_batch = vec3(0u, 0u, 1u);
         return;
     }
     let low = vec3(
@@ -167,7 +167,7 @@ fn start_gathering() {
     make_hull(low, high);
     queue[0] = 0u;
     atomicStore(&queued, 1u);
-    at_hand = vec3(0u, 1u, 1u);
+    query_batch = vec3(0u, 1u, 1u);
 }
 
 fn make_hull(low: vec3<f32>, high: vec3<f32>) {

@@ -1,10 +1,10 @@
-// Any-hit traversal of obvhs's compressed wide hierarchy (Ylitie et al. 2017).
+// Any-hit traversal of obvhs's compressed wide BVH (Ylitie et al. 2017).
 //
 // The fixed function of a visibility module is `occluded`: whether the open segment between two points meets a triangle.
 //@ needs visibility/triangle
 //@ reads nodes
 
-// Levels of the hierarchy at most; deeper ones are refused when a scene is uploaded.
+// Levels of the BVH at most; deeper ones are refused when a scene is uploaded.
 const STACK: u32 = 32u;
 
 fn occluded(origin: vec3<f32>, end: vec3<f32>) -> bool {

@@ -9,12 +9,12 @@ fn packed_cells(level: u32, low: vec2<u32>, high: vec2<u32>) -> u32 {
 
 // One of four, among those of all levels and sides; NONE where there is none.
 fn cell_at_corner(cells: u32, corner: u32, side: u32) -> u32 {
-    let further = vec2(corner & 1u, corner >> 1u);
-    if cells == NONE || any(further > vec2((cells >> 24u) & 1u, (cells >> 25u) & 1u)) {
+    let additional = vec2(corner & 1u, corner >> 1u);
+    if cells == NONE || any(additional > vec2((cells >> 24u) & 1u, (cells >> 25u) & 1u)) {
         return NONE;
     }
     let level = cells & 15u;
-    let at = vec2((cells >> 4u) & 1023u, (cells >> 14u) & 1023u) + further;
+    let at = vec2((cells >> 4u) & 1023u, (cells >> 14u) & 1023u) + additional;
     var first = side * CELLS;
     for (var finer = 0u; finer < level; finer++) {
         first += level_side(finer) * level_side(finer);

@@ -1,5 +1,5 @@
 // Puts what has been counted where it belongs.
-//@ needs shared/at_hand visibility/raster4d visibility/raster4d_cells
+//@ needs shared/query_batch visibility/raster4d visibility/raster4d_cells
 //@ writes bins
 
 // 0 for triangles, 1 for receivers.

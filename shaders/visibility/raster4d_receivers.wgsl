@@ -1,6 +1,6 @@
 // Counts receivers by cell and takes out the samples below their horizons. Those that are too near the light's plane are left to
 // rays; those behind the light are answered.
-//@ needs shared/at_hand shared/query shared/tally visibility/horizon visibility/raster4d_bounds
+//@ needs shared/query_batch shared/query shared/tally visibility/horizon visibility/raster4d_bounds
 //@ reads queries
 //@ writes wanted visible bins spilled
 

@@ -7,7 +7,7 @@ use std::path::Path;
 type Pair = ((&'static str, &'static str), (&'static str, &'static str));
 
 const TARGET: &str = "halflight-cpu/src/refine/target.rs";
-const RISE: &str = "halflight-cpu/src/rise.rs";
+const TANGENT_PLANE: &str = "halflight-cpu/src/tangent_plane.rs";
 const BUFFERS: &str = "halflight-gpu/src/buffers.rs";
 
 const PAIRS: &[Pair] = &[
@@ -22,8 +22,8 @@ const PAIRS: &[Pair] = &[
     (("refine/target_choose", "DEVIATIONS"), (TARGET, "DEVIATIONS")),
     (("refine/target_choose", "LEAST_ERROR"), (TARGET, "LEAST_ERROR")),
     (("refine/target_choose", "MOST_ERROR"), (TARGET, "MOST_ERROR")),
-    (("refine/breaks", "FAR_STEP"), (RISE, "FAR_STEP_PX")),
-    (("refine/breaks", "NEAREST"), (RISE, "NEAREST")),
+    (("refine/discontinuities", "FAR_STEP"), (TANGENT_PLANE, "FAR_STEP_PX")),
+    (("refine/discontinuities", "NEAREST"), (TANGENT_PLANE, "NEAREST")),
     (("upsample/rbf", "MOST"), ("halflight-cpu/src/upsample/rbf.rs", "MAX_EDGE")),
     (("upsample/robust", "MOST"), ("halflight-cpu/src/upsample/nearby.rs", "MAX_SAMPLES")),
     (("upsample/trust", "MIXED"), ("halflight-cpu/src/upsample/nearby.rs", "MIXED")),
@@ -80,7 +80,7 @@ fn shaders_assume_the_errors_that_the_rust_code_does() {
     let body = rust.split_once("fn assumed(").unwrap().1.split_once("\n}\n").unwrap().0;
     let arms =
         body.lines().filter_map(|line| number(line.trim().split_once(" => ")?.1.trim_end_matches(',')));
-    let found = ASSUMED.map(|name| constant("shaders/refine/target_expect.wgsl", name));
+    let found = ASSUMED.map(|name| constant("shaders/refine/target_predict.wgsl", name));
     assert_eq!(found.to_vec(), arms.collect::<Vec<f64>>());
 }
 

@@ -111,7 +111,7 @@ fn refiners() {
             "let turn = 0.5 * (normal_at(a) - normal_at(b));",
         ],
         ["pyramid", "return vec2(step * step,", "return vec2(step,"],
-        ["shared/place", "corner + size / 2u", "corner + size / 4u"],
+        ["shared/representative", "corner + size / 2u", "corner + size / 4u"],
         ["owners", "if kept == 0u {", "if kept != KEPT_MORE && level == 2u {"],
     ];
     let nichols = [
@@ -119,7 +119,7 @@ fn refiners() {
         ["refine/nichols_compare", ">= frame.enough", "> frame.enough + 2.0"],
         ["refine/nichols_reuse", "votes.lit & agreed", "votes.unlit & agreed"],
         ["refine/nichols_merge", "| reused[at].y", ""],
-        ["refine/nichols_settle", "if flagged || broken {", "if broken {"],
+        ["refine/nichols_commit", "if flagged || broken {", "if broken {"],
         ["shared/votes", "select(1u, 2u, INTERLEAVED)", "select(0u, 1u, INTERLEAVED)"],
     ];
     let config = |refiner| PipelineConfig { refiner, ..full(110, 83, Shading::Ratio) };
@@ -127,8 +127,8 @@ fn refiners() {
     notices(&bench, "toys", &config(refiner), check, &[&shared[..], &nichols].concat());
     let sfvt = [
         ["refine/sfvt_classify", "if curved || (", "if curved && ("],
-        ["refine/sfvt_judge", "differing <= frame.split_above", "differing <= 2u * frame.split_above"],
-        ["refine/sfvt_judge", "deep |=", "deep &="],
+        ["refine/sfvt_split_test", "differing <= frame.split_above", "differing <= 2u * frame.split_above"],
+        ["refine/sfvt_split_test", "deep |=", "deep &="],
         ["refine/sfvt_value", "all.visible + sums.visible", "sums.visible"],
         ["refine/sfvt_finals", "asks = !faces_away(pixel);", "asks = false;"],
     ];
@@ -143,13 +143,17 @@ fn the_lattice() {
     let upsampler = UpsamplerConfig::Lattice;
     let config = PipelineConfig { refiner, upsampler, ..full(140, 100, Shading::Ratio) };
     let wrong = [
-        ["refine/breaks", "if rises.above_a <= rises.limit &&", "if rises.above_a <= 2.0 * rises.limit ||"],
-        ["refine/breaks_gather", "|= breaks[", "= breaks["],
-        ["refine/lattice_look", "breaks_here == STEP &&", "breaks_here == SHADES &&"],
-        ["refine/lattice_ask", "|| waits(corner);", ";"],
+        [
+            "refine/discontinuities",
+            "if rises.above_a <= rises.limit &&",
+            "if rises.above_a <= 2.0 * rises.limit ||",
+        ],
+        ["refine/discontinuities_gather", "|= discontinuities[", "= discontinuities["],
+        ["refine/lattice_classify", "breaks_here == STEP &&", "breaks_here == SHADES &&"],
+        ["refine/lattice_request", "|| waits(corner);", ";"],
         ["refine/lattice_value", "let fraction = query_fraction(query);", "let fraction = 0.5;"],
-        ["refine/lattice_judge", "high - low <= frame.error", "high - low <= 2.0 * frame.error"],
-        ["refine/lattice_mend", "> 0u && !agrees", "> 9999u && !agrees"],
+        ["refine/lattice_split_test", "high - low <= frame.error", "high - low <= 2.0 * frame.error"],
+        ["refine/lattice_close_cracks", "> 0u && !agrees", "> 9999u && !agrees"],
     ];
     let check = |twins: &Twins| refiners::check_lattice(&bench, twins, Shading::Ratio);
     notices(&bench, "toys", &config, check, &wrong);
@@ -176,7 +180,7 @@ fn upsamplers() {
         ],
         &[
             ["upsample/rbf", "return VARIANCE;", "return 1.5 * VARIANCE;"],
-            ["shared/further", "+ half * vec2", "+ (half - 1u) * vec2"],
+            ["shared/additional", "+ half * vec2", "+ (half - 1u) * vec2"],
         ],
         &[["upsample/rbf", "return VARIANCE * (", "return 0.25 * VARIANCE * ("]],
         &[

@@ -47,7 +47,7 @@ fn queries_without_room_are_counted_and_others_are_as_they_were() {
     let expected: Vec<[f32; 4]> = bench.read(plain.image());
     let all: u64 = stats.frame.fragments.per_level.iter().sum();
     let (stats, image, left) =
-        overflow(&bench, &mut cramped(&bench, &config, 8, &["refine/full", "dispatch"]));
+        overflow(&bench, &mut cramped(&bench, &config, 8, &["refine/full", "indirect_arguments"]));
     assert_eq!(stats.lost, all - 64 * 48 / 8);
     assert_eq!(left, 64 * 48 * 7 / 8);
     // A pixel has its value or none.
@@ -65,12 +65,12 @@ fn refiners_survive_lists_that_overflow() {
     let Some(bench) = Bench::open() else { return };
     let lattice = RefinerConfig::Lattice(LatticeConfig::default());
     let cases: [(RefinerConfig, &[&str]); 3] = [
-        (RefinerConfig::Nichols(NicholsConfig::default()), &["refine/nichols_choose", "dispatch"]),
+        (RefinerConfig::Nichols(NicholsConfig::default()), &["refine/nichols_choose", "indirect_arguments"]),
         (
             RefinerConfig::SfvtGass(SfvtGassConfig::default()),
-            &["refine/sfvt_classify", "refine/sfvt_finals", "dispatch"],
+            &["refine/sfvt_classify", "refine/sfvt_finals", "indirect_arguments"],
         ),
-        (lattice, &["refine/lattice_ask", "dispatch"]),
+        (lattice, &["refine/lattice_request", "indirect_arguments"]),
     ];
     for (refiner, modules) in cases {
         let upsampler =

@@ -89,7 +89,7 @@ fn small_targets_ask_along_edges() {
         let [found, expected] = samples(&bench, &mut twins);
         // Corners of the trial have other masks here, which moves a few cells across the threshold.
         assert!(found.abs_diff(expected) * 200 < expected, "{coarsest_level}: {found} {expected}");
-        twins.alter(&bench, &config, ["refine/breaks", ") < EDGE)", ") < -2.0)"]);
+        twins.alter(&bench, &config, ["refine/discontinuities", ") < EDGE)", ") < -2.0)"]);
         let [fewer, _] = samples(&bench, &mut twins);
         assert!(fewer + expected / 100 < found, "{coarsest_level}: {fewer} {found}");
     }
@@ -162,9 +162,9 @@ fn where_most_pixels_are_left_all_are_traced() {
 fn as_much_error_is_expected_as_on_the_cpu() {
     let Some(bench) = Bench::open() else { return };
     let expected = |twins: &mut Twins| stats(&bench, twins).map(|stats| stats.expected_nmse2.unwrap());
-    let cells = ["refine/target_expect", "CURVATURE: f32 = 0.06", "CURVATURE: f32 = 0.2"];
+    let cells = ["refine/target_predict", "CURVATURE: f32 = 0.06", "CURVATURE: f32 = 0.2"];
     let pixels =
-        ["refine/target_expect", "variance_at(pixel_of(first))", "1.5 * variance_at(pixel_of(first))"];
+        ["refine/target_predict", "variance_at(pixel_of(first))", "1.5 * variance_at(pixel_of(first))"];
     let energy = ["refine/target_energy", "bright * bright", "bright"];
     // What is expected is mostly of cells, of pixels alone, and of cells along steps.
     for (scene, config, most) in

@@ -34,15 +34,15 @@ fn quadrature(light: &AreaLight, origin: Vec3, normal: Vec3) -> f64 {
         adaptive(&|u| term(start + eu * u), low, high, 0)
     };
     // The horizon's ends on the edges v = const are kinks of the outer integrand.
-    let mut breaks = vec![0.0, 1.0];
+    let mut discontinuities = vec![0.0, 1.0];
     for start in [corner, corner + eu] {
         let (h0, h1) = (height(start), height(start + ev));
         if (h0 < 0.0) != (h1 < 0.0) {
-            breaks.push(h0 / (h0 - h1));
+            discontinuities.push(h0 / (h0 - h1));
         }
     }
-    breaks.sort_by(f64::total_cmp);
-    breaks.windows(2).map(|pair| adaptive(&line, pair[0], pair[1], 0)).sum()
+    discontinuities.sort_by(f64::total_cmp);
+    discontinuities.windows(2).map(|pair| adaptive(&line, pair[0], pair[1], 0)).sum()
 }
 
 fn gauss(f: &dyn Fn(f64) -> f64, a: f64, b: f64) -> f64 {

@@ -9,7 +9,7 @@ use halflight::frame::Frame;
 use halflight::mask::{MaskBatch, Purpose};
 use halflight::pipeline::PipelineError;
 use halflight::proof::{Proof, Region};
-use halflight::refine::{Lattice, LatticeConfig, RiseLimits};
+use halflight::refine::{DiscontinuityLimits, Lattice, LatticeConfig};
 use halflight::stages::{Refiner, Visibility};
 use halflight::upsample;
 use halflight_tests::{Stage, blocker_over_floor};
@@ -42,8 +42,8 @@ fn a_hierarchy_over_another_mesh_is_refused() {
 #[test]
 fn refiner_and_upsampler_end_surfaces_at_the_same_limits() {
     let stage = Stage::bundled("atrium").unwrap();
-    let rise = RiseLimits { crease_deg: 80.0, step_px: 40.0 };
-    let lattice = LatticeConfig { rise, error: 0.2, ..LatticeConfig::default() };
+    let discontinuity = DiscontinuityLimits { crease_deg: 80.0, step_px: 40.0 };
+    let lattice = LatticeConfig { discontinuity, error: 0.2, ..LatticeConfig::default() };
     let config = PipelineConfig {
         width: 160,
         height: 120,
@@ -51,15 +51,16 @@ fn refiner_and_upsampler_end_surfaces_at_the_same_limits() {
         upsampler: UpsamplerConfig::Lattice,
         ..PipelineConfig::default()
     };
-    let by_hand = |limits: RiseLimits| {
-        let upsampler = upsample::LatticeConfig { rise: limits, ..upsample::LatticeConfig::default() };
+    let by_hand = |limits: DiscontinuityLimits| {
+        let upsampler =
+            upsample::LatticeConfig { discontinuity: limits, ..upsample::LatticeConfig::default() };
         let builder = stage.builder().size(160, 120).refiner(Lattice::new(lattice));
         let mut pipeline = builder.upsampler(upsample::Lattice::new(upsampler)).build().unwrap();
         pipeline.render().unwrap().irradiance.clone()
     };
     let found = stage.render(&config).unwrap().irradiance;
-    assert!(found == by_hand(rise));
-    assert!(found != by_hand(RiseLimits::default()), "the limits matter here");
+    assert!(found == by_hand(discontinuity));
+    assert!(found != by_hand(DiscontinuityLimits::default()), "the limits matter here");
 }
 
 /// Says that everything is lit, and proves it.

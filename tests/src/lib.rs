@@ -12,17 +12,17 @@ use halflight::scene::{Camera, Material, Mesh, Scene};
 /// Whatever goes wrong while a test is set up.
 pub type SetupError = Box<dyn std::error::Error>;
 
-/// A scene with its hierarchy.
+/// A scene with its BVH.
 #[derive(Clone)]
 pub struct Stage {
     /// The scene.
     pub scene: Arc<Scene>,
-    /// Its hierarchy.
+    /// Its BVH.
     pub bvh: Arc<Bvh>,
 }
 
 impl Stage {
-    /// Builds the hierarchy of a scene.
+    /// Builds the BVH of a scene.
     ///
     /// # Errors
     /// The mesh cannot be used.

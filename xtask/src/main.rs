@@ -9,7 +9,7 @@ cargo xtask TASK
       runs an experiment (`default` where none is named) and writes results.csv, charts and report.html
       to target/ablate/NAME; --help says more
   gpu-bench [--scene NAME-OR-PATH]… [--quick] [--out DIR]
-      the experiment `gpu` on the graphics device: every stage that it has, stage by stage. Built once with
+      the experiment `gpu` on the GPU: every stage that it has, stage by stage. Built once with
       `cargo build --release -p halflight-lab --features gpu`, it starts what is built and needs no network
   ablate stability [--case NAME] [--quick] [--out DIR]
       every combination of stages in awkward cases: what passes, is degraded or fails, why, and what mends it; fails

@@ -67,7 +67,7 @@ pub(crate) enum Command {
     /// Measure an image against a reference.
     #[command(after_help = format!("{COMPARE}\n\n{HELP}\n\n{COMPARE_EXAMPLES}"))]
     Compare(Compare),
-    /// Tell what a scene holds: triangles, lights, materials, warnings, and the size of its hierarchy.
+    /// Tell what a scene holds: triangles, lights, materials, warnings, and the size of its BVH.
     Info(SceneArg),
     /// List the bundled scenes.
     Scenes,
@@ -154,7 +154,7 @@ pub(crate) struct Choices {
     /// Size in pixels [default: 640x480].
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<(u32, u32)>,
-    /// What renders: the processor, or the fastest graphics device with a driver for Vulkan, Direct3D 12 or Metal, which has
+    /// What renders: the CPU, or the fastest GPU with a driver for Vulkan, Direct3D 12 or Metal, which has
     /// no proofs and no triangulation.
     #[arg(long, default_value = "cpu", value_parser = PossibleValuesParser::new(DEVICES))]
     pub(crate) device: String,
@@ -174,7 +174,7 @@ pub(crate) struct Choices {
     #[arg(long, value_parser = PossibleValuesParser::new(<VisibilityConfig as Named>::NAMES))]
     pub(crate) visibility: Option<String>,
     /// How pixels are interpolated between fragments [default: lattice with the lattice, bilinear with full, else rbf-robust].
-    /// Graphics devices interpolate the lattice's cells by lattice only, and no others.
+    /// GPUs interpolate the lattice's cells by lattice only, and no others.
     #[arg(long, value_parser = PossibleValuesParser::new(UpsamplerConfig::NAMES))]
     pub(crate) upsampler: Option<String>,
     /// What is interpolated: irradiance, or the visible fraction [default: ratio].

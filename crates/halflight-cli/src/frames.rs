@@ -25,7 +25,7 @@ use crate::scene::Ready;
 pub(crate) struct Moment {
     pub(crate) frame: u32,
     pub(crate) time_s: f64,
-    /// Time it took to move the scene and to fit its hierarchy.
+    /// Time it took to move the scene and to fit its BVH.
     move_ms: f64,
 }
 

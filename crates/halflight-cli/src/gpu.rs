@@ -6,7 +6,7 @@ use halflight_gpu::{Gpu, Inputs, Renderer};
 
 use crate::render::Rendered;
 
-/// Renders a scene on the fastest graphics device.
+/// Renders a scene on the fastest GPU.
 ///
 /// # Errors
 /// There is none, or the configuration has stages that it has not got.

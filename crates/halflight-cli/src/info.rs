@@ -49,7 +49,7 @@ pub(crate) fn run(args: &SceneArg) -> Outcome {
         writeln!(out, "animation  {animation}")?;
     }
     let (bytes, ms) = (bvh.bytes() as f64 / f64::from(1 << 20), bvh.build_time().as_secs_f64() * 1e3);
-    writeln!(out, "hierarchy  {bytes:.1} MiB, built in {ms:.1} ms")?;
+    writeln!(out, "BVH  {bytes:.1} MiB, built in {ms:.1} ms")?;
     writeln!(out, "warnings   {}", report.warnings.len())?;
     Ok(print(&out)?)
 }

@@ -3,7 +3,6 @@
 mod args;
 mod compare;
 mod config;
-mod failure;
 mod frames;
 #[cfg(feature = "gpu")]
 mod gpu;
@@ -12,6 +11,7 @@ mod outputs;
 mod reference;
 mod render;
 mod scene;
+mod voxel_errors;
 
 use std::process::ExitCode;
 

@@ -15,11 +15,11 @@ use halflight_cpu::config::{Named, PipelineConfig};
 use halflight_cpu::pipeline::{Image, Pipeline};
 use halflight_cpu::voxel::VoxelConfig;
 use halflight_lab::exr_file::{ExrFile, RGB};
-use halflight_lab::failure::failures;
 use halflight_lab::memory;
 use halflight_lab::picture;
 use halflight_lab::program::{print, say};
 use halflight_lab::unlit::unlit;
+use halflight_lab::voxel_errors::failures;
 use halflight_metrics::{write_file, write_png};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -27,12 +27,12 @@ use serde_json::{Value, json};
 use crate::Outcome;
 use crate::args::Render;
 use crate::config::configure;
-use crate::failure::{self, VoxelFailures};
 use crate::frames::{self, Moment};
 #[cfg(feature = "gpu")]
 use crate::gpu;
 use crate::outputs;
 use crate::scene;
+use crate::voxel_errors::{self, VoxelFailures};
 
 /// Everything about a frame but the image.
 #[derive(Serialize)]
@@ -59,7 +59,7 @@ struct Stats<'a> {
 pub(crate) struct Frame<'a> {
     image: &'a Image,
     gbuffer: &'a GBuffer,
-    /// None from a graphics device.
+    /// None from a GPU.
     fragments: Option<&'a Fragments>,
 }
 
@@ -70,7 +70,7 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// A frame from a graphics device.
+/// A frame from a GPU.
 #[cfg(feature = "gpu")]
 pub(crate) struct Rendered {
     pub(crate) image: Image,
@@ -85,7 +85,7 @@ const LAYERS: u64 = 180;
 /// Bytes a pixel of a failure map while it is made.
 const FAILURES: u64 = 170;
 
-/// Bytes a pixel of an image and a G-buffer that come from a graphics device.
+/// Bytes a pixel of an image and a G-buffer that come from a GPU.
 const DOWNLOADED: u64 = 80;
 
 /// What is rendered, how and where to.
@@ -109,7 +109,7 @@ pub(crate) fn run(mut args: Render) -> Outcome {
     }
     // The command line asks for a scene wherever it gets here.
     let name = &args.scene.clone().unwrap_or_default();
-    let voxels = args.failure_map.as_ref().map(|_| failure::voxels(&config)).transpose()?;
+    let voxels = args.failure_map.as_ref().map(|_| voxel_errors::voxels(&config)).transpose()?;
     if args.outputs().is_empty() {
         args.png = Some(PathBuf::from(format!("{}.png", scene::stem(name))));
     }
@@ -118,7 +118,7 @@ pub(crate) fn run(mut args: Render) -> Outcome {
     let mut job = Job { args: &args, inputs, name, config, voxels, build_ms: 0.0 };
     job.check(first)?;
     if args.choices.device != "cpu" && (args.frames.is_some() || args.failure_map.is_some()) {
-        return Err("--frames and --failure-map are for the processor: leave out --device".into());
+        return Err("--frames and --failure-map are for the CPU: leave out --device".into());
     }
     let ready = scene::load(name)?;
     job.build_ms = ready.bvh.build_time().as_secs_f64() * 1e3;
@@ -275,7 +275,7 @@ fn layers(
     }
     let mut file = ExrFile::new(image.width, image.height, metadata);
     file.add_light(&image.irradiance, &gbuffer.albedo);
-    // Graphics devices keep no visible part.
+    // GPUs keep no visible part.
     if !image.visibility.is_empty() {
         let visibility: Vec<Vec3> = image.visibility.iter().map(|&part| Vec3::splat(part)).collect();
         file.add_vectors("visibility", RGB, &visibility);
@@ -344,10 +344,10 @@ fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, build_ms: f
     if let Some(error) = stats.expected_nmse2 {
         lines.push(format!("  expected   NMSE2 {error:.1e}"));
     }
-    // What a graphics device holds is not counted.
+    // What a GPU holds is not counted.
     if stats.peak_bytes > 0 {
         lines.push(format!("  memory     {:.1} MiB", stats.peak_bytes as f64 / f64::from(1 << 20)));
     }
-    lines.push(format!("  hierarchy  built in {build_ms:.1} ms"));
+    lines.push(format!("  BVH  built in {build_ms:.1} ms"));
     lines.join("\n")
 }

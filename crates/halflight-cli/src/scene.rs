@@ -9,7 +9,7 @@ use halflight_cpu::flush;
 use halflight_lab::program::say;
 use halflight_scene::{Animation, LoadReport};
 
-/// A scene with its hierarchy.
+/// A scene with its BVH.
 pub(crate) struct Ready {
     pub(crate) scene: Arc<Scene>,
     pub(crate) bvh: Arc<Bvh>,
@@ -17,7 +17,7 @@ pub(crate) struct Ready {
     pub(crate) report: LoadReport,
 }
 
-/// Loads a scene, says what loading it left out, and builds its hierarchy.
+/// Loads a scene, says what loading it left out, and builds its BVH.
 pub(crate) fn load(name_or_path: &str) -> Result<Ready, Box<dyn std::error::Error>> {
     let loaded = halflight_scene::resolve(name_or_path)?;
     for warning in &loaded.report.warnings {

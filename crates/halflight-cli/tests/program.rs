@@ -11,7 +11,7 @@ use serde_json::Value;
 
 mod common;
 
-/// What a stage that graphics devices have not got comes to; without a driver it does not get that far.
+/// What a stage that GPUs have not got comes to; without a driver it does not get that far.
 const DEVICE: &str = "on the GPU|no graphics adapter";
 
 fn keys(value: &Value) -> Vec<&str> {
@@ -307,7 +307,7 @@ fn wrong_input_is_refused_in_words() {
         ("render nave --frames 3 --fps 0", "frames a second from 0.001"),
         ("render nave --fps 12", "--frames"),
         ("render contact --frames 2", "contact has no [animation]"),
-        ("render nave --frames 2 --device gpu", "--frames and --failure-map are for the processor"),
+        ("render nave --frames 2 --device gpu", "--frames and --failure-map are for the CPU"),
         ("render contact --device tpu", "[possible values: cpu, gpu]"),
         ("render contact --device gpu --upsampler delaunay --refiner nichols", DEVICE),
         ("render", "<SCENE>"),
@@ -362,7 +362,7 @@ fn graphics_devices_render_what_the_processor_does() {
         let error: Value = serde_json::from_str(&place.good("compare one.exr two.exr --json")).unwrap();
         assert!(error["nmse2"].as_f64().unwrap() < 1e-4, "{backend}: {error}");
     }
-    // What is chosen where nothing is said, but for validation: graphics devices validate nothing.
+    // What is chosen where nothing is said, but for validation: GPUs validate nothing.
     for device in ["gpu", "cpu"] {
         let plain = format!(
             "render contact --size 96x72 --device {device} --error 1e-4 --set refiner.validate=false"
@@ -434,7 +434,7 @@ fn scenes_info_help_and_completions_are_printed() {
     // A name and what the scene's file says about it.
     assert!(scenes.lines().all(|line| line.split_whitespace().count() >= 3), "{scenes}");
     let info = place.good("info contact");
-    for word in ["triangles", "bounds", "light 0", "materials", "textures", "hierarchy", "warnings   0"] {
+    for word in ["triangles", "bounds", "light 0", "materials", "textures", "BVH", "warnings   0"] {
         assert!(info.contains(word), "{word} is not in\n{info}");
     }
     assert!(place.good("--help").contains("Examples:"));

@@ -65,7 +65,7 @@ pub struct VisibilityStats {
     pub spared: u64,
     /// Receivers that took their mask from a list of triangles which neighbours share.
     pub listed: u64,
-    /// Receivers that walked the hierarchy by themselves.
+    /// Receivers that walked the BVH by themselves.
     pub walked: u64,
     /// Receivers that met too many triangles and were left to rays.
     pub left_to_rays: u64,

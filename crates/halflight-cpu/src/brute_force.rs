@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::occluder::exact;
 
-/// Exact visibility without a hierarchy, a filter or a box: every wanted sample is asked of every triangle, by exact
+/// Exact visibility without a BVH, a filter or a box: every wanted sample is asked of every triangle, by exact
 /// predicates (Shewchuk 1997). Far too slow for images.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BruteForce;

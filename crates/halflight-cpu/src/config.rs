@@ -14,7 +14,7 @@ use crate::irradiance::Shading;
 use crate::pipeline::{Pipeline, PipelineBuilder, PipelineError};
 use crate::raster4d::{Raster4d, Raster4dConfig};
 use crate::refine::{
-    Full, Lattice, LatticeConfig, Nichols, NicholsConfig, RiseLimits, SfvtGass, SfvtGassConfig,
+    DiscontinuityLimits, Full, Lattice, LatticeConfig, Nichols, NicholsConfig, SfvtGass, SfvtGassConfig,
 };
 use crate::upsample::{self, Bilinear, Delaunay, RbfAdaptive, RbfFixed, RbfRobust};
 use crate::voxel::{VoxelConfig, Voxels};
@@ -41,11 +41,11 @@ pub enum RefinerConfig {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "name", rename_all = "kebab-case")]
 pub enum VisibilityConfig {
-    /// Shadow rays through the triangle hierarchy, in packets.
+    /// Shadow rays through the BVH, in packets.
     Bvh,
     /// 4D rasterization (Wang17).
     Raster4d(Raster4dConfig),
-    /// Beams and shafts through the triangle hierarchy.
+    /// Beams and shafts through the BVH.
     Beam,
     /// Beams where few triangles lie between receivers and light, rays elsewhere; their answers are the same.
     #[default]
@@ -252,11 +252,14 @@ impl UpsamplerConfig {
             Self::RbfRobust => Box::new(RbfRobust::default()),
             Self::Delaunay => Box::new(Delaunay::default()),
             Self::Lattice => {
-                let rise = match refiner {
-                    RefinerConfig::Lattice(lattice) => lattice.rise,
-                    _ => RiseLimits::default(),
+                let discontinuity = match refiner {
+                    RefinerConfig::Lattice(lattice) => lattice.discontinuity,
+                    _ => DiscontinuityLimits::default(),
                 };
-                Box::new(upsample::Lattice::new(upsample::LatticeConfig { rise, ..Default::default() }))
+                Box::new(upsample::Lattice::new(upsample::LatticeConfig {
+                    discontinuity,
+                    ..Default::default()
+                }))
             }
         }
     }

@@ -1,6 +1,6 @@
 //! A cell's corners: the pixels that its values are interpolated from.
 
-use crate::rise::Rise;
+use crate::tangent_plane::TangentPlanes;
 
 /// Corner pixels of a square cell: its own first pixel and the first ones of the cells right of and below it, clamped to the
 /// image's last column and row; a pixel's is itself. In the order top left, top right, bottom left, bottom right; at the border they may coincide.
@@ -49,14 +49,16 @@ impl Corners {
     /// The value at pixel (x, y): bilinear between the corners that nothing parts from it and whose value exists (is no
     /// NaN), their weights renormalised. NaN without any.
     #[inline]
-    pub(crate) fn interpolate(&self, rise: &Rise, values: &[f32; 4], x: u32, y: u32) -> f32 {
+    pub(crate) fn interpolate(&self, planes: &TangentPlanes, values: &[f32; 4], x: u32, y: u32) -> f32 {
         let pixel = y as usize * self.width + x as usize;
         let (weights, pixels) = (self.weights(x, y), self.pixels());
         let (mut sum, mut total) = (0.0, 0.0);
         let (mut plain, mut count) = (0.0, 0.0);
         for (corner, (cx, cy)) in self.places().into_iter().enumerate() {
             let (weight, value) = (weights[corner], values[corner]);
-            if value.is_nan() || rise.parts(pixel, pixels[corner], cx.abs_diff(x).max(cy.abs_diff(y))) {
+            if value.is_nan()
+                || planes.is_discontinuity(pixel, pixels[corner], cx.abs_diff(x).max(cy.abs_diff(y)))
+            {
                 continue;
             }
             sum += weight * value;

@@ -60,7 +60,7 @@ pub fn separate(scene: &Arc<Scene>, bvh: &Bvh) -> (Arc<Scene>, Vec<FlushLight>) 
     (Arc::new(Scene { lights, ..Scene::clone(scene) }), flush)
 }
 
-/// Returns the lights that [`separate`] gives a scene. Without a hierarchy, all triangles are looked at.
+/// Returns the lights that [`separate`] gives a scene. Without a BVH, all triangles are looked at.
 pub fn separate_lights(scene: &Scene, bvh: Option<&Bvh>) -> (Vec<AreaLight>, Vec<FlushLight>) {
     let mesh = &scene.mesh;
     separate_from(scene, |low, high| {

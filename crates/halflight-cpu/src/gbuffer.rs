@@ -1,16 +1,16 @@
-//! The G-buffer: what each pixel's centre sees, found by bundles of primary rays.
+//! The G-buffer: what each pixel's centre sees, found by packets of primary rays.
 
 use glam::{DVec3, Vec2, Vec3, Vec3Swizzles as _};
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE, receiver_origin};
 use halflight_core::scene::{Camera, Mesh, Scene, Texture};
 use rayon::prelude::*;
 
-use crate::bvh::{Bundle, Bvh, Hits, STACK};
+use crate::bvh::{Bvh, Hits, Packet, STACK};
 use crate::occluder::exact::Ray;
 use crate::occluder::{barycentric, corner_weights};
 use crate::simd::{Isa, Kernel, Simd};
 
-/// Pixels along the side of a tile, and of the squares that it consists of. A tile is a bundle; where the tile before it has
+/// Pixels along the side of a tile, and of the squares that it consists of. A tile is a packet; where the tile before it has
 /// shown more than [`FINE`] triangles, each square is.
 const TILE: usize = 8;
 const SQUARE: usize = 4;
@@ -240,7 +240,7 @@ impl Kernel for Band<'_> {
     #[inline(always)]
     fn run<S: Simd>(mut self) {
         let width = self.view.width;
-        let mut bundle = Bundle::new();
+        let mut packet = Packet::new();
         let mut hits = Hits::new();
         let mut stack = [(0u32, 0.0f32); STACK];
         // Tiles see few triangles, by turns.
@@ -255,12 +255,12 @@ impl Kernel for Band<'_> {
                 if pixels.is_empty() {
                     continue;
                 }
-                bundle.clear(self.view.eye);
+                packet.clear(self.view.eye);
                 for &pixel in pixels {
-                    bundle.push(self.view.direction(pixel % width, self.rows.top + pixel / width));
+                    packet.push(self.view.direction(pixel % width, self.rows.top + pixel / width));
                 }
-                bundle.finish::<S>();
-                self.bvh.nearest::<S>(&bundle, &mut stack, &mut hits);
+                packet.finish::<S>();
+                self.bvh.nearest::<S>(&packet, &mut stack, &mut hits);
                 for (ray, &pixel) in pixels.iter().enumerate() {
                     let triangle = hits.triangle[ray];
                     let seen = &mut surfaces[triangle as usize % SURFACES];
@@ -269,7 +269,7 @@ impl Kernel for Band<'_> {
                         *seen = Surface::new(self.mesh, self.view.eye, triangle, corners);
                         triangles += 1;
                     }
-                    self.rows.write(pixel, self.mesh, self.view.eye, bundle.direction(ray), seen);
+                    self.rows.write(pixel, self.mesh, self.view.eye, packet.direction(ray), seen);
                 }
             }
             fine = triangles > FINE;

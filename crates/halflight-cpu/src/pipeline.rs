@@ -58,9 +58,9 @@ pub enum PipelineError {
     /// The mesh is inconsistent.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// The hierarchy is over another mesh, or over the same one before it moved.
+    /// The BVH is over another mesh, or over the same one before it moved.
     #[error(
-        "the hierarchy is not over the scene's mesh: build one with Bvh::build, or refit it after the mesh has moved"
+        "the BVH is not over the scene's mesh: build one with Bvh::build, or refit it after the mesh has moved"
     )]
     ForeignBvh,
     /// The camera looks nowhere.
@@ -304,7 +304,7 @@ struct State {
 }
 
 impl Pipeline {
-    /// Starts choosing stages for a scene whose hierarchy has been built.
+    /// Starts choosing stages for a scene whose BVH has been built.
     pub fn builder(scene: Arc<Scene>, bvh: Arc<Bvh>) -> PipelineBuilder {
         PipelineBuilder {
             scene,
@@ -336,12 +336,12 @@ impl Pipeline {
         Ok(&self.state.image)
     }
 
-    /// Goes on with another scene, or with the same after something has moved, and with its hierarchy, a new one or
-    /// one that was [refitted](Bvh::refit). `visibility` is a backend over that hierarchy. Nothing of earlier frames goes
+    /// Goes on with another scene, or with the same after something has moved, and with its BVH, a new one or
+    /// one that was [refitted](Bvh::refit). `visibility` is a backend over that BVH. Nothing of earlier frames goes
     /// into later ones.
     ///
     /// # Errors
-    /// The scene cannot be rendered, the hierarchy is not over its mesh as it is, or the backend does not fit the refiner; the
+    /// The scene cannot be rendered, the BVH is not over its mesh as it is, or the backend does not fit the refiner; the
     /// pipeline is then as it was.
     pub fn set_scene(
         &mut self,

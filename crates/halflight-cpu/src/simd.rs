@@ -1,7 +1,7 @@
 //! Vectors of single-precision numbers whose width is chosen at run time.
 //!
 //! A `Kernel` is written once over the `Lanes` of a `Simd` level and compiled for each; `Isa::run` enters the
-//! version for an instruction set that the processor was found to have. No operation is fused or approximate, so all
+//! version for an instruction set that the CPU was found to have. No operation is fused or approximate, so all
 //! versions give the same bits.
 
 #![allow(unsafe_code)]

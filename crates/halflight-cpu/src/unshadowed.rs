@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use glam::{DVec3, Vec3};
 use halflight_core::light::AreaLight;
 
-use crate::dispatch::multiversion;
+use crate::multiversion::multiversion;
 
 /// Receivers that are evaluated together, and in double precision.
 const LANES: usize = 16;

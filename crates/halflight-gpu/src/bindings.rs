@@ -23,7 +23,7 @@ macro_rules! slots {
 }
 
 slots! {
-    /// Nodes of the hierarchy, five vectors each.
+    /// Nodes of the BVH, five vectors each.
     Nodes: nodes = "array<vec4<u32>>",
     /// Corners of triangles, three vectors each, with the unit normal in the fourth components.
     Triangles: triangles = "array<vec4<f32>>",
@@ -61,7 +61,7 @@ slots! {
     Plane: plane = "array<f32>",
     /// The image.
     Image: image = "array<vec4<f32>>",
-    /// Where geometry breaks.
+    /// Where geometry has discontinuities.
     Pyramid: pyramid = "array<atomic<u32>>",
     /// What is known of cells, level by level.
     Cells: cells = "array<Cell>",
@@ -74,7 +74,7 @@ slots! {
     /// How far samples stand for one surface.
     Trusts: trusts = "array<f32>",
     /// What parts neighbouring pixels, level by level.
-    Breaks: breaks = "array<u32>",
+    Discontinuities: discontinuities = "array<u32>",
     /// Visible fractions of pixels, and their noise.
     Fractions: fractions = "array<vec2<u32>>",
     /// What an error target takes.

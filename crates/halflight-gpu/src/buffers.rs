@@ -59,8 +59,8 @@ pub(crate) struct Size {
     pub(crate) voxels: u64,
     /// Triangles that may cover many texels.
     pub(crate) large: u64,
-    /// Cells of all levels whose breaks are known.
-    pub(crate) breaks: u32,
+    /// Cells of all levels whose discontinuities are known.
+    pub(crate) discontinuities: u32,
     /// Pixels whose visible fraction is known.
     pub(crate) fractions: u32,
     /// Choices of an error target.
@@ -99,7 +99,7 @@ pub(crate) struct Buffers {
     pub(crate) space: wgpu::Buffer,
     pub(crate) voxels: wgpu::Buffer,
     pub(crate) large: wgpu::Buffer,
-    pub(crate) breaks: wgpu::Buffer,
+    pub(crate) discontinuities: wgpu::Buffer,
     pub(crate) fractions: wgpu::Buffer,
     pub(crate) chosen: wgpu::Buffer,
     pub(crate) sums: wgpu::Buffer,
@@ -234,7 +234,7 @@ impl Buffers {
             space: buffer("space of voxels", size.space, storage)?,
             voxels: buffer("voxels", 4 * size.voxels, storage)?,
             large: buffer("large triangles", 4 * (1 + size.large), storage)?,
-            breaks: buffer("breaks", 4 * u64::from(size.breaks), storage)?,
+            discontinuities: buffer("discontinuities", 4 * u64::from(size.discontinuities), storage)?,
             fractions: buffer("visible fractions", 8 * u64::from(size.fractions), storage)?,
             chosen: buffer("choices", size_of::<Choice>() as u64 * u64::from(size.choices), storage)?,
             sums: buffer("sums over tiles", 4 * u64::from(size.tiles), storage)?,
@@ -272,7 +272,7 @@ impl Buffers {
             Slot::Space => &self.space,
             Slot::Voxels | Slot::Grid => &self.voxels,
             Slot::Large => &self.large,
-            Slot::Breaks => &self.breaks,
+            Slot::Discontinuities => &self.discontinuities,
             Slot::Fractions => &self.fractions,
             Slot::Chosen => &self.chosen,
             Slot::Sums => &self.sums,

@@ -45,8 +45,8 @@ pub enum GpuError {
         /// What would fit.
         advice: &'static str,
     },
-    /// The hierarchy cannot be traversed.
-    #[error("the hierarchy is {depth} levels deep, more than the {limit} that shaders can traverse")]
+    /// The BVH cannot be traversed.
+    #[error("the BVH is {depth} levels deep, more than the {limit} that shaders can traverse")]
     TooDeep {
         /// Its levels.
         depth: usize,

@@ -27,7 +27,7 @@ programs! {
     RESOLVE: "resolve" = resolve in "resolve";
     IMPORT: "import" = take in "import";
     PRESENT: "present" = pixel in "present";
-    DISPATCH: "dispatch" = dispatch in "dispatch";
+    DISPATCH: "indirect arguments" = dispatch in "indirect_arguments";
     IRRADIANCE: "irradiance" = irradiance in "irradiance";
     COMPOSE: "compose" = compose in "compose";
 
@@ -37,23 +37,23 @@ programs! {
     NICHOLS_REUSE: "nichols: reuse" = reuse in "refine/nichols_reuse";
     NICHOLS_MERGE: "nichols: merge" = merge in "refine/nichols_merge";
     NICHOLS_COMPARE: "nichols: compare" = compare in "refine/nichols_compare";
-    NICHOLS_SETTLE: "nichols: settle" = settle in "refine/nichols_settle";
+    NICHOLS_COMMIT: "nichols: commit" = settle in "refine/nichols_commit";
     SFVT_CLASSIFY: "sfvt-gass: classify" = classify in "refine/sfvt_classify";
-    SFVT_JUDGE: "sfvt-gass: judge" = judge in "refine/sfvt_judge";
+    SFVT_SPLIT_TEST: "sfvt-gass: split test" = judge in "refine/sfvt_split_test";
     SFVT_VALUE: "sfvt-gass: value" = value in "refine/sfvt_value";
     SFVT_FINALS: "sfvt-gass: finals" = finals in "refine/sfvt_finals";
-    BREAKS: "breaks" = find in "refine/breaks";
-    BREAKS_GATHER: "breaks: gather" = gather in "refine/breaks_gather";
-    LATTICE_LOOK: "lattice: look" = look in "refine/lattice_look";
-    LATTICE_ASK: "lattice: ask" = ask in "refine/lattice_ask";
+    DISCONTINUITIES: "discontinuities" = find in "refine/discontinuities";
+    DISCONTINUITIES_GATHER: "discontinuities: gather" = gather in "refine/discontinuities_gather";
+    LATTICE_CLASSIFY: "lattice: classify" = look in "refine/lattice_classify";
+    LATTICE_REQUEST: "lattice: request" = ask in "refine/lattice_request";
     LATTICE_VALUE: "lattice: value" = value in "refine/lattice_value";
-    LATTICE_JUDGE: "lattice: judge" = judge in "refine/lattice_judge";
-    LATTICE_MEND: "lattice: mend" = mend in "refine/lattice_mend";
+    LATTICE_SPLIT_TEST: "lattice: split test" = judge in "refine/lattice_split_test";
+    LATTICE_CLOSE_CRACKS: "lattice: close cracks" = mend in "refine/lattice_close_cracks";
     TARGET_SHOW: "error target: show" = show in "refine/target_show";
     TARGET_CHOOSE: "error target: choose" = choose in "refine/target_choose";
     TARGET_COUNT: "error target: count" = count in "refine/target_count";
     TARGET_DECIDE: "error target: decide" = decide in "refine/target_decide";
-    TARGET_EXPECT: "error target: expect" = expect in "refine/target_expect";
+    TARGET_PREDICT: "error target: predict" = expect in "refine/target_predict";
     TARGET_ENERGY: "error target: measure" = measure in "refine/target_energy";
     TARGET_SUM: "error target: sum" = sum in "refine/target_sum";
     OWNERS: "owners" = own in "owners";
@@ -65,8 +65,8 @@ programs! {
     ROBUST: "rbf-robust" = pixels in "upsample/robust";
     LATTICE: "lattice" = pixels in "upsample/lattice";
 
-    MASKS: "masks" = masks in "visibility/masks", "visibility/ray", "shared/at_hand";
-    BEAM: "beam" = beam in "visibility/beam", "shared/at_hand";
+    MASKS: "masks" = masks in "visibility/masks", "visibility/ray", "shared/query_batch";
+    BEAM: "beam" = beam in "visibility/beam", "shared/query_batch";
     SPILL: "spill" = spill in "visibility/spill";
     SPILLED_MASKS: "spilled masks" = masks in "visibility/masks", "visibility/ray", "visibility/spilled";
 
@@ -82,5 +82,5 @@ programs! {
     VOXEL_CLEARANCE: "voxel: clearance" = find_clearance in "visibility/voxel_clearance";
     VOXEL_DISPATCH: "voxel: dispatch" = size_large in "visibility/voxel_dispatch";
     VOXEL_FILL: "voxel: fill" = fill in "visibility/voxel_fill";
-    VOXEL_MASKS: "voxel: masks" = masks in "visibility/masks", "visibility/voxel", "shared/at_hand";
+    VOXEL_MASKS: "voxel: masks" = masks in "visibility/masks", "visibility/voxel", "shared/query_batch";
 }

@@ -81,7 +81,7 @@ pub(crate) struct SfvtGass {
 #[derive(Debug)]
 pub(crate) struct Lattice {
     config: LatticeConfig,
-    breaks: Stage,
+    discontinuities: Stage,
     gather: Stage,
     look: Stage,
     ask: Stage,
@@ -126,18 +126,18 @@ impl Refine {
                     reuse: stage(programs::NICHOLS_REUSE, &[interleaved])?,
                     merge: stage(programs::NICHOLS_MERGE, &[])?,
                     compare: stage(programs::NICHOLS_COMPARE, &[interleaved])?,
-                    settle: stage(programs::NICHOLS_SETTLE, &[("DIAGONAL", flag(config.diagonal))])?,
+                    settle: stage(programs::NICHOLS_COMMIT, &[("DIAGONAL", flag(config.diagonal))])?,
                     owners: stage(programs::OWNERS, &[])?,
                 })))
             }
             RefinerConfig::SfvtGass(config) => {
                 let dark = ("DARK_CULLING", flag(config.dark_culling));
-                let further = ("FURTHER_SAMPLES", flag(config.additional_samples));
+                let additional = ("FURTHER_SAMPLES", flag(config.additional_samples));
                 Ok(Self::SfvtGass(Box::new(SfvtGass {
                     config,
                     pyramid: stage(programs::PYRAMID, &[])?,
                     classify: stage(programs::SFVT_CLASSIFY, &[shading])?,
-                    judge: stage(programs::SFVT_JUDGE, &[dark, further])?,
+                    judge: stage(programs::SFVT_SPLIT_TEST, &[dark, additional])?,
                     value: stage(programs::SFVT_VALUE, &[shading])?,
                     finals: stage(programs::SFVT_FINALS, &[shading])?,
                     owners: stage(programs::OWNERS, &[])?,
@@ -155,13 +155,13 @@ impl Refine {
                 let edge = Steps::new(config.target).edge;
                 Ok(Self::Lattice(Box::new(Lattice {
                     config,
-                    breaks: stage(programs::BREAKS, &[("EDGE", edge.into())])?,
-                    gather: stage(programs::BREAKS_GATHER, &[])?,
-                    look: stage(programs::LATTICE_LOOK, &[])?,
-                    ask: stage(programs::LATTICE_ASK, &[])?,
+                    discontinuities: stage(programs::DISCONTINUITIES, &[("EDGE", edge.into())])?,
+                    gather: stage(programs::DISCONTINUITIES_GATHER, &[])?,
+                    look: stage(programs::LATTICE_CLASSIFY, &[])?,
+                    ask: stage(programs::LATTICE_REQUEST, &[])?,
                     value: stage(programs::LATTICE_VALUE, &[shading, ("NOISY", flag(target.is_some()))])?,
-                    judge: stage(programs::LATTICE_JUDGE, &[])?,
-                    mend: stage(programs::LATTICE_MEND, &[])?,
+                    judge: stage(programs::LATTICE_SPLIT_TEST, &[])?,
+                    mend: stage(programs::LATTICE_CLOSE_CRACKS, &[])?,
                     owners: stage(programs::OWNERS, &[("COUNTED", 0.0)])?,
                     target,
                 })))
@@ -228,7 +228,7 @@ impl Refine {
                 tiles: if lattice.target.is_some() { width.div_ceil(8) * height.div_ceil(8) } else { 0 },
                 samples: cells(0),
                 pyramid: 0,
-                breaks: all,
+                discontinuities: all,
                 fractions: cells(0),
                 ..size
             },
@@ -316,9 +316,19 @@ impl Refine {
                 vec![pyramid, classify, judge, value, finals, owners]
             }
             Self::Lattice(lattice) => {
-                let Lattice { config: _, breaks, gather, look, ask, value, judge, mend, owners, target } =
-                    &mut **lattice;
-                let stages = [breaks, gather, look, ask, value, judge, mend, owners];
+                let Lattice {
+                    config: _,
+                    discontinuities,
+                    gather,
+                    look,
+                    ask,
+                    value,
+                    judge,
+                    mend,
+                    owners,
+                    target,
+                } = &mut **lattice;
+                let stages = [discontinuities, gather, look, ask, value, judge, mend, owners];
                 stages.into_iter().chain(target.iter_mut().flat_map(Target::stages)).collect()
             }
         }
@@ -415,12 +425,12 @@ impl SfvtGass {
 
 impl Lattice {
     fn frame(&self, frame: Frame) -> Frame {
-        let LatticeConfig { error, target, rise, .. } = self.config;
+        let LatticeConfig { error, target, discontinuity, .. } = self.config;
         Frame {
             error,
             step_level: Steps::new(target).level.into(),
-            rise_sine: rise.crease_deg.to_radians().sin(),
-            rise_footprint: rise.step_px * frame.rise_footprint,
+            crease_sine: discontinuity.crease_deg.to_radians().sin(),
+            pixel_footprint: discontinuity.step_px * frame.pixel_footprint,
             ..frame
         }
     }
@@ -428,7 +438,7 @@ impl Lattice {
     fn record(&self, recorder: &mut Recorder, tracer: &Tracer, first: u32, coarsest: u32) {
         recorder.encoder.clear_buffer(&recorder.buffers.cells, 0, None);
         recorder.encoder.clear_buffer(&recorder.buffers.fractions, 0, None);
-        recorder.run(&self.breaks, Timed::Refine, first, Groups::Tiles(0));
+        recorder.run(&self.discontinuities, Timed::Refine, first, Groups::Tiles(0));
         for level in 1..=coarsest {
             recorder.run(&self.gather, Timed::Refine, first + level, Groups::Tiles(level));
         }

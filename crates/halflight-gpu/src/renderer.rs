@@ -132,7 +132,7 @@ impl Renderer {
 
     /// The same with a visibility backend from outside, in the place of the configured one: `module` is WGSL with a function
     /// `fn occluded(origin: vec3<f32>, end: vec3<f32>) -> bool`, which says whether the open segment between two points meets
-    /// anything. A line `//@ reads nodes triangles` gives it the scene's hierarchy and corners, `visibility/bvh` in
+    /// anything. A line `//@ reads nodes triangles` gives it the scene's BVH and corners, `visibility/bvh` in
     /// [`shader_module`](crate::shader_module) shows how these are laid out.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! A scene on the device: its hierarchy, triangles and materials.
+//! A scene on the device: its BVH, triangles and materials.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use crate::GpuError;
 use crate::buffers::{check_size, filled};
 use crate::error::caught;
 
-/// Levels of a hierarchy that shaders can traverse: `STACK` in `shaders/visibility/bvh.wgsl`.
+/// Levels of a BVH that shaders can traverse: `STACK` in `shaders/visibility/bvh.wgsl`.
 pub(crate) const STACK: usize = 32;
 
 /// Marks a material without a texture.
@@ -46,10 +46,10 @@ pub(crate) struct SceneBuffers {
 }
 
 impl SceneBuffers {
-    /// Builds the hierarchy of a valid scene and uploads everything.
+    /// Builds the BVH of a valid scene and uploads everything.
     ///
     /// # Errors
-    /// The scene is too large for the device, or its hierarchy too deep; or the device is full or lost.
+    /// The scene is too large for the device, or its BVH too deep; or the device is full or lost.
     pub(crate) fn new(device: &wgpu::Device, scene: &Scene) -> Result<Self, GpuError> {
         let mesh = &scene.mesh;
         let (low, high) = mesh.bounds().unwrap_or_default();
@@ -84,7 +84,7 @@ impl SceneBuffers {
         };
         caught(device, GpuError::Memory, || {
             Ok(Self {
-                nodes: upload("hierarchy", bytemuck::cast_slice(&hierarchy.nodes))?,
+                nodes: upload("BVH", bytemuck::cast_slice(&hierarchy.nodes))?,
                 triangles: upload("triangles", bytemuck::cast_slice(&triangles))?,
                 faces: upload("triangle numbers", bytemuck::cast_slice(&faces))?,
                 materials: upload("materials", bytemuck::cast_slice(&materials))?,
@@ -111,7 +111,7 @@ fn hierarchy(mesh: &Mesh, padding: f32) -> CwBvh {
     build_cwbvh(&boxes, BvhBuildParams::medium_build(), &mut Duration::default())
 }
 
-/// Levels of a hierarchy.
+/// Levels of a BVH.
 fn depth(hierarchy: &CwBvh) -> usize {
     let mut deepest = 0;
     let mut open = Vec::new();

@@ -22,7 +22,7 @@ pub(crate) enum Timed {
     Compose,
 }
 
-/// Passes of a frame that are timed at most; further ones are not.
+/// Passes of a frame that are timed at most; others are not.
 const PASSES: u32 = 1024;
 
 /// Timestamps of a frame.

@@ -4,7 +4,6 @@ pub mod ablate;
 mod culled;
 pub mod exactness;
 pub mod exr_file;
-pub mod failure;
 pub mod furnished;
 pub mod memory;
 pub mod picture;
@@ -12,6 +11,7 @@ pub mod program;
 pub mod reference;
 pub mod stability;
 pub mod unlit;
+pub mod voxel_errors;
 
 /// Name and version, as stored in files.
 pub const PROGRAM: &str = concat!("halflight ", env!("CARGO_PKG_VERSION"));

@@ -12,7 +12,7 @@ use crate::simd::{Isa, Kernel, Simd};
 /// Queries of one group and room for their answers.
 pub(super) type Answers<'a> = Chunk<'a>;
 
-/// Triangles on a list that a group shares from which on a bundle of rays for each receiver is quicker. Of 16, 24, 32, 48 and 80
+/// Triangles on a list that a group shares from which on a packet of rays for each receiver is quicker. Of 16, 24, 32, 48 and 80
 /// the best or within 3 % of it in two halls, church, tower, toys and railing; more make the railing a quarter slower.
 const RIVAL: usize = 32;
 
@@ -40,7 +40,7 @@ impl Limits {
         Self { short: 64, whole: 512, long, blocks, rays: false }
     }
 
-    /// Where rays may answer too. Those of up to 64 samples travel as one bundle, and cost less than a list of more than
+    /// Where rays may answer too. Those of up to 64 samples travel as one packet, and cost less than a list of more than
     /// [`RIVAL`] triangles.
     fn or_rays(pattern: Pattern) -> Self {
         let beams = Self::new(pattern);

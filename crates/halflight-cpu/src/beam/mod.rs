@@ -3,12 +3,12 @@
 //!
 //! Receivers come in groups of up to 64 neighbours. The shaft between a group and the light (`shaft`) gathers the
 //! triangles that may hide something from any of them; each receiver then takes the masks of these. A group with too
-//! many of them is parted, and what is left of it walks the hierarchy receiver by receiver, with the pyramid from the
+//! many of them is parted, and what is left of it walks the BVH receiver by receiver, with the pyramid from the
 //! receiver to the light. Where even that meets too many triangles, as in foliage, rays are quicker and get the rest.
 //! An empty shaft is a proof that all is lit, and a triangle across all of it that nothing is.
 //!
-//! `auto` gives groups whose shaft holds too many triangles to rays as a whole, at the cost of one look at the hierarchy. Up to
-//! 64 samples, which rays take as one bundle, these are the quicker from some ten triangles for each row of samples on.
+//! `auto` gives groups whose shaft holds too many triangles to rays as a whole, at the cost of one look at the BVH. Up to
+//! 64 samples, which rays take as one packet, these are the quicker from some ten triangles for each row of samples on.
 
 mod group;
 #[cfg(test)]
@@ -51,7 +51,7 @@ pub struct Beam {
 }
 
 impl Beam {
-    /// Beams through a hierarchy, with the widest vectors that the processor has.
+    /// Beams through a BVH, with the widest vectors that the CPU has.
     pub fn new(bvh: Arc<Bvh>) -> Self {
         Self {
             bvh,

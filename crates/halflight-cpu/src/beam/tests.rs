@@ -97,11 +97,11 @@ fn groups_with_many_triangles_are_left_to_rays_as_a_whole() {
         let many = asked(4000, pattern, true);
         assert!(many.left_to_rays > 256 && many.walked == 0, "{many:?}");
     }
-    // However many samples travel as one bundle.
+    // However many samples travel as one packet.
     let left =
         |pattern| [400, 800, 1600].map(|count| asked(count, pattern, true).left_to_rays).iter().sum::<u64>();
     assert_eq!(left(of_16), left(of_64));
-    // More than one bundle of rays is more than beams take.
+    // More than one packet of rays is more than beams take.
     assert_eq!(asked(4000, of_256, true), asked(4000, of_256, false));
 }
 

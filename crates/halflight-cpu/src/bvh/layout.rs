@@ -1,4 +1,4 @@
-//! The hierarchy in memory: nodes of eight children and blocks of eight triangles, both arrays of lanes.
+//! The BVH in memory: nodes of eight children and blocks of eight triangles, both arrays of lanes.
 
 use glam::Vec3;
 

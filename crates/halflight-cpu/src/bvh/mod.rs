@@ -1,17 +1,17 @@
-//! Ray-traced visibility: a bounding-volume hierarchy over the scene's triangles, and rays that travel through it in
-//! bundles.
+//! Ray-traced visibility: a bounding-volume BVH over the scene's triangles, and rays that travel through it in
+//! packets.
 //!
 //! `build` makes nodes of eight children and blocks of eight triangles (`layout`). Whether a ray meets a triangle is
-//! decided exactly (`occluder`); box tests (`slab`) are conservative. So bundles (`shadow`), single rays (`single`) and a
+//! decided exactly (`occluder`); box tests (`slab`) are conservative. So packets (`any_hit`), single rays (`single`) and a
 //! search through all triangles agree hit for hit, whatever the instruction set.
 
+mod any_hit;
 mod build;
-mod bundle;
+mod closest_hit;
 mod layout;
-mod nearest;
+mod packet;
 mod rays;
 mod refit;
-mod shadow;
 mod single;
 mod slab;
 mod stack;
@@ -26,33 +26,33 @@ use rayon::prelude::*;
 
 pub use rays::BvhRays;
 
-pub(crate) use bundle::{Bundle, RAYS};
+pub(crate) use closest_hit::Hits;
 pub(crate) use layout::{Child, Node};
-pub(crate) use nearest::Hits;
+pub(crate) use packet::{Packet, RAYS};
 pub(crate) use rays::{Chunk, Tracer};
 pub(crate) use slab::Shaft;
 pub(crate) use stack::{STACK, push_near_last};
 
 use crate::occluder::Block;
 
-/// Why no hierarchy can be built over a mesh.
+/// Why no BVH can be built over a mesh.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BvhError {
     /// The mesh contradicts itself.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// A hierarchy cannot be refitted to another mesh.
-    #[error("the mesh has {found} triangles, but the hierarchy is over {expected}: build a new one")]
+    /// A BVH cannot be refitted to another mesh.
+    #[error("the mesh has {found} triangles, but the BVH is over {expected}: build a new one")]
     TriangleCount {
         /// Triangles of the mesh.
         found: usize,
-        /// Triangles of the hierarchy.
+        /// Triangles of the BVH.
         expected: usize,
     },
 }
 
-/// A bounding-volume hierarchy over the triangles of one mesh.
+/// A bounding-volume BVH over the triangles of one mesh.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     pub(crate) nodes: Vec<Node>,
@@ -63,7 +63,7 @@ pub struct Bvh {
 }
 
 impl Bvh {
-    /// Builds the hierarchy. A mesh without triangles is fine: nothing hits it.
+    /// Builds the BVH. A mesh without triangles is fine: nothing hits it.
     ///
     /// # Errors
     /// The mesh does not validate.
@@ -119,7 +119,7 @@ impl Bvh {
         self.triangle_count
     }
 
-    /// Returns whether the hierarchy is over this mesh as it is: over as many triangles with the same corners.
+    /// Returns whether the BVH is over this mesh as it is: over as many triangles with the same corners.
     pub fn is_over(&self, mesh: &Mesh) -> bool {
         mesh.triangle_count() == self.triangle_count
             && self.blocks.par_iter().with_min_len(1024).all(|block| {
@@ -140,7 +140,7 @@ struct Extent {
 }
 
 impl Extent {
-    /// Of a mesh that a hierarchy can be over.
+    /// Of a mesh that a BVH can be over.
     fn of(mesh: &Mesh) -> Result<Self, BvhError> {
         mesh.validate()?;
         let (low, high) = mesh.bounds().unwrap_or_default();

@@ -13,14 +13,14 @@ use halflight_core::stages::Visibility;
 use rayon::prelude::*;
 
 use super::Bvh;
-use super::bundle::{Bundle, RAYS};
+use super::packet::{Packet, RAYS};
 use super::stack::Stacks;
 use crate::pool::TASK;
 use crate::samples::{LANES, positions};
 use crate::shaft::Prover;
 use crate::simd::{Isa, Kernel, Simd};
 
-/// Queries that one task answers: as many as a bundle has rays.
+/// Queries that one task answers: as many as a packet has rays.
 const CHUNK: usize = RAYS;
 
 /// How many diagonals of the mesh a light may be away for rays to start from it.
@@ -36,7 +36,7 @@ pub struct BvhRays {
 }
 
 impl BvhRays {
-    /// Rays in bundles, with the widest vectors that the processor has.
+    /// Rays in packets, with the widest vectors that the CPU has.
     pub fn new(bvh: Arc<Bvh>) -> Self {
         Self { bvh, isa: Isa::best(), together: true, prover: Arc::default() }
     }
@@ -99,7 +99,7 @@ pub(crate) struct Chunk<'a> {
 }
 
 impl Chunk<'_> {
-    /// Answers all queries by rays in bundles.
+    /// Answers all queries by rays in packets.
     pub(crate) fn trace(self, isa: Isa) {
         isa.run(Together(self));
     }
@@ -119,10 +119,10 @@ impl Chunk<'_> {
         first..first + count
     }
 
-    /// Fills `bundle` with the rays of the wanted samples in one word of a mask, and `bits` with their places in it. Samples
+    /// Fills `packet` with the rays of the wanted samples in one word of a mask, and `bits` with their places in it. Samples
     /// that lie close together on the light follow each other where the word holds a square of them.
     #[inline(always)]
-    fn gather<S: Simd>(&self, bundle: &mut Bundle, bits: &mut [u8; 64], query: usize, word: usize) {
+    fn gather<S: Simd>(&self, packet: &mut Packet, bits: &mut [u8; 64], query: usize, word: usize) {
         let wanted = self.wanted[query * self.words + word];
         let Query { origin, key, .. } = self.queries[query];
         let square = self.pattern.columns == 8;
@@ -138,25 +138,25 @@ impl Chunk<'_> {
         }
         if wanted == u64::MAX {
             *bits = *order;
-            for (to, from) in bundle.ends_mut().iter_mut().zip(&places) {
+            for (to, from) in packet.ends_mut().iter_mut().zip(&places) {
                 for (to, &first) in to.as_chunks_mut::<4>().0.iter_mut().zip(order.iter().step_by(4)) {
                     to.copy_from_slice(&from[usize::from(first)..usize::from(first) + 4]);
                 }
             }
-            bundle.set_ends::<S>(origin, 64);
+            packet.set_ends::<S>(origin, 64);
             return;
         }
         let mut count = 0;
         for &bit in order {
             if wanted >> bit & 1 != 0 {
                 bits[count] = bit;
-                for (to, from) in bundle.ends_mut().iter_mut().zip(&places) {
+                for (to, from) in packet.ends_mut().iter_mut().zip(&places) {
                     to[count] = from[usize::from(bit)];
                 }
                 count += 1;
             }
         }
-        bundle.set_ends::<S>(origin, count);
+        packet.set_ends::<S>(origin, count);
     }
 }
 
@@ -183,7 +183,7 @@ const SQUARES: [u8; 64] = {
     order
 };
 
-/// A chunk in bundles of rays that share an end.
+/// A chunk in packets of rays that share an end.
 struct Together<'a>(Chunk<'a>);
 
 impl Kernel for Together<'_> {
@@ -198,7 +198,7 @@ impl Kernel for Together<'_> {
             let run = chunk.same_points(first);
             first = run.end;
             for word in 0..chunk.words {
-                // Whichever way needs fewer bundles: 16 receivers that ask for the same 4 samples are 4 bundles.
+                // Whichever way needs fewer packets: 16 receivers that ask for the same 4 samples are 4 packets.
                 let receivers = run.clone().filter(|query| chunk.wanted[query * chunk.words + word] != 0);
                 let (count, samples) = receivers
                     .fold((0, 0), |(n, all), query| (n + 1, all | chunk.wanted[query * chunk.words + word]));
@@ -214,9 +214,9 @@ impl Kernel for Together<'_> {
     }
 }
 
-/// A bundle and room to trace it.
+/// A packet and room to trace it.
 pub(crate) struct Tracer {
-    bundle: Bundle,
+    packet: Packet,
     /// Which sample or which query of a run each ray belongs to.
     bits: [u8; 64],
     stacks: Stacks,
@@ -224,7 +224,7 @@ pub(crate) struct Tracer {
 
 impl Tracer {
     pub(crate) fn new() -> Self {
-        Self { bundle: Bundle::new(), bits: [0; 64], stacks: Stacks::new() }
+        Self { packet: Packet::new(), bits: [0; 64], stacks: Stacks::new() }
     }
 
     /// All rays of a receiver in one word of its mask.
@@ -233,8 +233,8 @@ impl Tracer {
         let slot = query * chunk.words + word;
         let mut visible = chunk.wanted[slot];
         if visible != 0 {
-            chunk.gather::<S>(&mut self.bundle, &mut self.bits, query, word);
-            let mut occluded = chunk.bvh.occluded::<S>(&self.bundle, &mut self.stacks);
+            chunk.gather::<S>(&mut self.packet, &mut self.bits, query, word);
+            let mut occluded = chunk.bvh.occluded::<S>(&self.packet, &mut self.stacks);
             while occluded != 0 {
                 visible &= !(1 << self.bits[occluded.trailing_zeros() as usize]);
                 occluded &= occluded - 1;
@@ -266,15 +266,15 @@ impl Tracer {
                 for query in run.clone() {
                     if chunk.wanted[query * chunk.words + word] & sample != 0 {
                         self.bits[count] = (query - run.start) as u8;
-                        for (axis, ends) in self.bundle.ends_mut().iter_mut().enumerate() {
+                        for (axis, ends) in self.packet.ends_mut().iter_mut().enumerate() {
                             ends[count] = chunk.queries[query].origin[axis];
                         }
                         count += 1;
                     }
                 }
-                self.bundle
+                self.packet
                     .set_ends::<S>(Vec3::new(places[0][lane], places[1][lane], places[2][lane]), count);
-                let mut occluded = chunk.bvh.occluded::<S>(&self.bundle, &mut self.stacks);
+                let mut occluded = chunk.bvh.occluded::<S>(&self.packet, &mut self.stacks);
                 while occluded != 0 {
                     let query = run.start + usize::from(self.bits[occluded.trailing_zeros() as usize]);
                     chunk.visible[query * chunk.words + word] &= !sample;
@@ -294,15 +294,15 @@ impl Kernel for Single<'_> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let chunk = self.0;
-        let mut bundle = Bundle::new();
+        let mut packet = Packet::new();
         let mut bits = [0u8; 64];
         let mut stacks = Stacks::new();
         for query in 0..chunk.queries.len() {
             for word in 0..chunk.words {
                 let slot = query * chunk.words + word;
-                chunk.gather::<S>(&mut bundle, &mut bits, query, word);
+                chunk.gather::<S>(&mut packet, &mut bits, query, word);
                 let mut visible = chunk.wanted[slot];
-                let mut occluded = chunk.bvh.occluded_singly::<S>(&bundle, &mut stacks);
+                let mut occluded = chunk.bvh.occluded_singly::<S>(&packet, &mut stacks);
                 while occluded != 0 {
                     visible &= !(1 << bits[occluded.trailing_zeros() as usize]);
                     occluded &= occluded - 1;

@@ -1,4 +1,4 @@
-//! Moving a hierarchy along with its triangles.
+//! Moving a BVH along with its triangles.
 
 use glam::Vec3;
 use halflight_core::scene::Mesh;
@@ -7,16 +7,16 @@ use rayon::prelude::*;
 use super::layout::{Child, Node, padded};
 use super::{Bvh, BvhError, Extent};
 
-/// A refitted hierarchy that costs more than this many times what it did is not worth having.
+/// A refitted BVH that costs more than this many times what it did is not worth having.
 ///
 /// Measured on atrium, toys and tree, bent, twisted, waved, and torn into runs of triangles carried off in different
-/// directions: a cost grown less than twice was at most 1.5 times that of a new hierarchy, and rays took at most 1.5
+/// directions: a cost grown less than twice was at most 1.5 times that of a new BVH, and rays took at most 1.5
 /// times as long; a cost grown 3 to 22 times by tearing made rays 1.4 to 7 times slower. Twisting alone makes new
-/// hierarchies as costly as old ones: there a new one gains nothing, and takes some fifteen times as long as a refit.
+/// BVHs as costly as old ones: there a new one gains nothing, and takes some fifteen times as long as a refit.
 const WORN: f64 = 2.0;
 
 impl Bvh {
-    /// A hierarchy over the same triangles in other places: this one refitted, or a new one where triangles have moved
+    /// A BVH over the same triangles in other places: this one refitted, or a new one where triangles have moved
     /// so far against each other that the old would slow rays down. Which of them it is depends on the two meshes alone.
     ///
     /// # Errors
@@ -27,13 +27,13 @@ impl Bvh {
         if moved.cost() > WORN * self.cost() { Self::build(mesh) } else { Ok(moved) }
     }
 
-    /// Fits the hierarchy to the same triangles in other places: the tree stays, boxes and triangles are made anew.
+    /// Fits the BVH to the same triangles in other places: the tree stays, boxes and triangles are made anew.
     /// Answers are those of a fresh build, bit for bit. `build_time` stays that of the build.
     ///
     /// How fast it answers depends on how far triangles have moved against each other: see [`Bvh::cost`].
     ///
     /// # Errors
-    /// As [`Bvh::build`], and where the number of triangles is another. The hierarchy is then as it was.
+    /// As [`Bvh::build`], and where the number of triangles is another. The BVH is then as it was.
     pub fn refit(&mut self, mesh: &Mesh) -> Result<(), BvhError> {
         if mesh.triangle_count() != self.triangle_count {
             let (found, expected) = (mesh.triangle_count(), self.triangle_count);
@@ -66,7 +66,7 @@ impl Bvh {
 
     /// How many children's boxes a ray through the whole is expected to meet: the sum of their surfaces over the root's.
     ///
-    /// Of a refitted hierarchy it tells when to build a new one.
+    /// Of a refitted BVH it tells when to build a new one.
     pub fn cost(&self) -> f64 {
         let boxes = |node: &Node| node.slots().map(|slot| node.slot_bounds(slot)).collect::<Vec<_>>();
         let area = |(low, high): (Vec3, Vec3)| {

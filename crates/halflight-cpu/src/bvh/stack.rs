@@ -9,7 +9,7 @@ pub(crate) const STACK: usize = 512;
 
 /// Room for what is still to be visited.
 pub(super) struct Stacks {
-    /// Nodes with the rays of a bundle that may enter them.
+    /// Nodes with the rays of a packet that may enter them.
     pub(super) split: [(u32, u64); STACK],
     /// Nodes and blocks for one ray.
     pub(super) single: [u32; STACK],

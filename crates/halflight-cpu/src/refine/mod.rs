@@ -1,11 +1,11 @@
 //! Refiners: which fragments an image is made of.
 
-mod breaks;
+mod discontinuities;
 mod full;
 mod lattice;
 mod nichols;
 mod pixel_set;
-mod place;
+mod representative;
 mod sfvt_gass;
 mod target;
 #[cfg(test)]
@@ -17,7 +17,7 @@ pub use nichols::{Nichols, NicholsConfig};
 pub use sfvt_gass::{SfvtGass, SfvtGassConfig};
 pub use target::{Budget, Steps};
 
-pub use crate::rise::RiseLimits;
+pub use crate::tangent_plane::DiscontinuityLimits;
 
 use halflight_core::frame::Frame;
 use halflight_core::mask::MaskBatch;

@@ -8,7 +8,7 @@ use halflight_core::stages::{Refiner, Visibility};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::place::{cell_faces_away, fragment_point, geometry_breaks, has_receiver};
+use super::representative::{cell_faces_away, fragment_point, geometry_breaks, has_receiver};
 use super::{GeometryThresholds, Pending, quarter};
 use crate::irradiance;
 

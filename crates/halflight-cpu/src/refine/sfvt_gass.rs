@@ -9,7 +9,9 @@ use halflight_core::stages::{Refiner, Visibility};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::place::{cell_faces_away, cell_rect, faces_away, fragment_point, geometry_breaks, has_receiver};
+use super::representative::{
+    cell_faces_away, cell_rect, faces_away, fragment_point, geometry_breaks, has_receiver,
+};
 use super::{GeometryThresholds, Pending, quarter, trace_pixels};
 
 /// Constants of Koa17. Bit counts are for masks of 16 samples a quadrant and scale with longer ones.

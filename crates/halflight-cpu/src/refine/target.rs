@@ -26,7 +26,7 @@ const MOST_ERROR: f32 = 0.3;
 /// Least such difference.
 const LEAST_ERROR: f64 = 0.01;
 
-/// Standard deviation of the visible fraction in the middle of a penumbra by a trial's samples, the power of the number of
+/// Standard deviation of the visible fraction in the middle of a penumbra by the pilot samples, the power of the number of
 /// samples that it falls with, and how many times it the difference is at least.
 const DEVIATION: f64 = 0.02;
 const DECAY: f64 = 0.75;
@@ -40,7 +40,7 @@ pub(super) const NOISE_SHARE: f64 = 0.6;
 const SIDES: std::ops::RangeInclusive<u16> = LEAST_SIDE..=32;
 const LEAST_SIDE: u16 = 4;
 
-/// Samples along one side in a trial, and of what every receiver is asked where more than [`ONCE`] are due: receivers in the
+/// Pilot samples along one side, and of what every receiver is asked where more than [`ONCE`] are due: receivers in the
 /// penumbra get these.
 const FIRST: u16 = 8;
 
@@ -84,7 +84,7 @@ impl Default for Steps {
 }
 
 impl Budget {
-    /// Samples along one side of the light in a trial.
+    /// Pilot samples along one side of the light.
     pub const TRIAL: u16 = FIRST;
 
     /// Most samples along one side of the light that every receiver is asked for at once.
@@ -120,7 +120,7 @@ impl Budget {
 
 /// What an error takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Plan {
+pub(super) struct SamplingPlan {
     /// Samples for every receiver.
     pub(super) first: Pattern,
     /// Samples for receivers that see part of the light.
@@ -143,28 +143,28 @@ const STEPS: [f32; 2] = [3e-5, 9e-5];
 const EDGE: f32 = 0.8;
 
 /// Until a frame sets it.
-impl Default for Plan {
+impl Default for SamplingPlan {
     fn default() -> Self {
-        Self::trial(PatternKind::Jittered, 0.05)
+        Self::pilot(PatternKind::Jittered, 0.05)
     }
 }
 
-impl Plan {
+impl SamplingPlan {
     /// The same samples for all.
     pub(super) fn fixed(pattern: Pattern, error: f32) -> Self {
         Self { first: pattern, full: pattern, error, least: error, every: pattern, energy: 0.0 }
     }
 
-    /// Samples of a trial, from which the rest is judged.
-    pub(super) fn trial(kind: PatternKind, error: f32) -> Self {
+    /// Returns the plan of the pilot samples, from which the sampling plan is made.
+    pub(super) fn pilot(kind: PatternKind, error: f32) -> Self {
         Self::fixed(square(kind, FIRST), error)
     }
 
-    /// What it takes to come down to an NMSE₂, by what a trial of receivers spread evenly over the image has shown.
-    pub(super) fn reach(target: f32, kind: PatternKind, trial: &[Trial]) -> Self {
+    /// What it takes to come down to an NMSE₂, by the pilot samples of receivers spread evenly over the image.
+    pub(super) fn reach(target: f32, kind: PatternKind, pilot: &[PilotSample]) -> Self {
         let budget = Budget::new(target);
-        let energy: f64 = trial.iter().map(Trial::energy).sum();
-        let noisy: Vec<&Trial> = trial.iter().filter(|one| one.variance > 0.0).collect();
+        let energy: f64 = pilot.iter().map(PilotSample::energy).sum();
+        let noisy: Vec<&PilotSample> = pilot.iter().filter(|one| one.variance > 0.0).collect();
         let noise = |side: u16| noisy.iter().map(|one| one.noise_with(side)).sum::<f64>();
         // More samples never have more noise.
         let side_for = |error: f64| {
@@ -182,7 +182,7 @@ impl Plan {
             error: budget.error(side),
             least: Budget::least(side),
             every: square(kind, side_for(f64::from(target))),
-            energy: energy / trial.len().max(1) as f64,
+            energy: energy / pilot.len().max(1) as f64,
         }
     }
 
@@ -241,9 +241,9 @@ fn square(kind: PatternKind, side: u16) -> Pattern {
     Pattern { kind, columns: side, rows: side }
 }
 
-/// What one receiver of a trial showed.
+/// What the pilot samples of one receiver showed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Trial {
+pub(super) struct PilotSample {
     /// Unshadowed irradiance per radiance.
     pub(super) unshadowed: f32,
     /// Visible fraction; NaN for none.
@@ -251,17 +251,17 @@ pub(super) struct Trial {
     /// Expected squared error of the fraction.
     pub(super) variance: f32,
     /// Share of neighbouring samples that differ.
-    pub(super) torn: f32,
+    pub(super) disagreement: f32,
 }
 
-impl Trial {
+impl PilotSample {
     fn energy(&self) -> f64 {
         f64::from(self.unshadowed * self.fraction.max(0.0)).powi(2)
     }
 
     /// Expected squared error with this many samples along a side.
     fn noise_with(&self, side: u16) -> f64 {
-        let power = 1.5 - 0.5 * (f64::from(self.torn) / INDEPENDENT).min(1.0);
+        let power = 1.5 - 0.5 * (f64::from(self.disagreement) / INDEPENDENT).min(1.0);
         let fewer = f64::from(FIRST * FIRST) / f64::from(side * side);
         f64::from(self.unshadowed).powi(2) * f64::from(self.variance) * fewer.powf(power)
     }
@@ -420,9 +420,9 @@ mod tests {
                     differ += i32::from(seen(index) != seen(next));
                 }
             }
-            let (variance, torn) = Neighbours::new(pattern).variance(&batch, 0);
+            let (variance, disagreement) = Neighbours::new(pattern).variance(&batch, 0);
             let count = pattern.len() as f64;
-            assert_eq!(torn, (f64::from(differ) / f64::from(pairs)) as f32, "{pattern:?}");
+            assert_eq!(disagreement, (f64::from(differ) / f64::from(pairs)) as f32, "{pattern:?}");
             let lit = (0..pattern.len()).filter(|&index| seen(index)).count();
             let alone = alone(f64::from(differ), lit.min(pattern.len() - lit) as f64);
             let expected = NOISE * (1.0 + ALONE * alone) * f64::from(differ) / (count * count);
@@ -432,10 +432,10 @@ mod tests {
 
     #[test]
     fn smaller_errors_take_more_samples_and_finer_cells() {
-        let one = Trial { unshadowed: 1.0, fraction: 0.5, variance: 4e-4, torn: 0.07 };
-        let lit = Trial { unshadowed: 1.0, fraction: 1.0, ..Trial::default() };
-        let trial: Vec<Trial> = [one; 10].into_iter().chain([lit; 90]).collect();
-        let reach = |target| Plan::reach(target, PatternKind::Jittered, &trial);
+        let one = PilotSample { unshadowed: 1.0, fraction: 0.5, variance: 4e-4, disagreement: 0.07 };
+        let lit = PilotSample { unshadowed: 1.0, fraction: 1.0, ..PilotSample::default() };
+        let pilot: Vec<PilotSample> = [one; 10].into_iter().chain([lit; 90]).collect();
+        let reach = |target| SamplingPlan::reach(target, PatternKind::Jittered, &pilot);
         // Noise is 10 · 4e-4 over an energy of 92.5: 4.3e-5 with 64 samples.
         let (coarse, fine, finest) = (reach(1e-3), reach(1e-4), reach(1e-6));
         assert!(coarse.full.len() < 64 && coarse.first == coarse.full);
@@ -443,13 +443,17 @@ mod tests {
         assert!(finest.full.len() > 256 && finest.first.len() == 64);
         assert!(coarse.error > fine.error && fine.error > finest.error);
         // Foliage takes more for the same.
-        let torn: Vec<Trial> = trial.iter().map(|one| Trial { torn: 0.5, ..*one }).collect();
-        assert!(Plan::reach(1e-5, PatternKind::Jittered, &torn).full.len() > reach(1e-5).full.len());
+        let disagreement: Vec<PilotSample> =
+            pilot.iter().map(|one| PilotSample { disagreement: 0.5, ..*one }).collect();
+        assert!(
+            SamplingPlan::reach(1e-5, PatternKind::Jittered, &disagreement).full.len()
+                > reach(1e-5).full.len()
+        );
         // Edges are steps where even pixels at steps are too much.
         assert!([0.0, 1e-3, 1e-4, 4e-5].iter().all(|&target| Steps::new(target).edge < -1.0));
         assert_eq!([0.0, 1e-4, 4e-5, 2e-5].map(|target| Steps::new(target).level), [2, 2, 1, 0]);
         assert!([3e-5, 1e-5].iter().all(|&target| Steps::new(target) == Steps { level: 0, edge: EDGE }));
         // Darkness takes nothing.
-        assert_eq!(Plan::reach(1e-4, PatternKind::Jittered, &[]).full.len(), 16);
+        assert_eq!(SamplingPlan::reach(1e-4, PatternKind::Jittered, &[]).full.len(), 16);
     }
 }

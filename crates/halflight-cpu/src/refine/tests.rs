@@ -11,7 +11,7 @@ use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::Scene;
 use halflight_core::stages::{Refiner, Visibility};
 
-use super::place::fragment_point;
+use super::representative::fragment_point;
 use super::sfvt_gass::Verdict;
 use super::*;
 use crate::irradiance::{self, Shading};
@@ -291,19 +291,19 @@ fn where_most_pixels_would_be_traced_all_are() {
     let floor = Floor::new(128, 64);
     let config = LatticeConfig { target: 1e-4, ..LatticeConfig::default() };
     // Pixels that have nothing to do with their neighbours, and see all of the light or nothing: 16 samples will do.
-    let torn = |x: u32, y: u32| if ((x * 7919) ^ (y * 104_729)) % 97 < 48 { u64::MAX } else { 0 };
-    let (fragments, rays) = floor.refine(&mut Lattice::new(config), torn);
+    let disagreement = |x: u32, y: u32| if ((x * 7919) ^ (y * 104_729)) % 97 < 48 { u64::MAX } else { 0 };
+    let (fragments, rays) = floor.refine(&mut Lattice::new(config), disagreement);
     assert_eq!((fragments.cells().len(), fragments.samples().len()), (128 * 64, 128 * 64));
     // The trial took 64 at one corner a cell of 8².
     let trial = 17 * 9;
     assert_eq!(rays, trial * 64 + (128 * 64 - trial) * 16);
     for (pixel, fraction) in fractions(&floor, &fragments).into_iter().enumerate() {
-        let seen = torn(pixel as u32 % 128, pixel as u32 / 128) != 0;
+        let seen = disagreement(pixel as u32 % 128, pixel as u32 / 128) != 0;
         assert_eq!(fraction, Some(if seen { 1.0 } else { 0.0 }), "pixel {pixel}");
     }
     // A shadow of a sixth of the image is not worth that.
     let (fragments, _) =
-        floor.refine(&mut Lattice::new(config), |x, y| if x < 40 { torn(x, y) } else { u64::MAX });
+        floor.refine(&mut Lattice::new(config), |x, y| if x < 40 { disagreement(x, y) } else { u64::MAX });
     assert!(fragments.cells().iter().any(|cell| cell.level == 3));
 }
 
@@ -313,10 +313,10 @@ fn fractions_that_are_known_are_those_of_the_masks() {
     // Some look away from the light and have no fraction.
     floor.gbuffer.normal[..128 * 9].fill(-Vec3::Y);
     let ramp = |x: u32, y: u32| first((x + y % 7).saturating_sub(32));
-    let torn = |x: u32, y: u32| if ((x * 7919) ^ (y * 104_729)) % 97 < 48 { 0xff } else { u64::MAX };
+    let disagreement = |x: u32, y: u32| if ((x * 7919) ^ (y * 104_729)) % 97 < 48 { 0xff } else { u64::MAX };
     for target in [0.0, 1e-3, 1e-6] {
         let config = LatticeConfig { target, ..LatticeConfig::default() };
-        for seen in [&ramp as &(dyn Fn(u32, u32) -> u64 + Sync), &torn] {
+        for seen in [&ramp as &(dyn Fn(u32, u32) -> u64 + Sync), &disagreement] {
             let mut refiner = Lattice::new(config);
             let (fragments, _) = floor.refine(&mut refiner, seen);
             let values = |shading, known: &[f32]| {

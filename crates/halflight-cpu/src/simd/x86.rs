@@ -17,7 +17,7 @@ impl Simd for Avx2 {
 
     #[inline(always)]
     fn call<K: Kernel>(kernel: K) -> K::Output {
-        // SAFETY: kernels of this instruction set only run where the processor has it (`Isa::run`).
+        // SAFETY: kernels of this instruction set only run where the CPU has it (`Isa::run`).
         unsafe { avx2(kernel) }
     }
 
@@ -34,7 +34,7 @@ impl Simd for Avx512 {
 
     #[inline(always)]
     fn call<K: Kernel>(kernel: K) -> K::Output {
-        // SAFETY: kernels of this instruction set only run where the processor has it (`Isa::run`).
+        // SAFETY: kernels of this instruction set only run where the CPU has it (`Isa::run`).
         unsafe { avx512(kernel) }
     }
 
@@ -45,14 +45,14 @@ impl Simd for Avx512 {
     }
 }
 
-/// Runs a kernel compiled for AVX2. Callers make sure that the processor has the features.
+/// Runs a kernel compiled for AVX2. Callers make sure that the CPU has the features.
 #[inline(never)]
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
 pub(super) fn avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx2>()
 }
 
-/// Runs a kernel compiled for AVX-512. Callers make sure that the processor has the features.
+/// Runs a kernel compiled for AVX-512. Callers make sure that the CPU has the features.
 #[inline(never)]
 #[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,bmi1,bmi2,popcnt,lzcnt")]
 pub(super) fn avx512<K: Kernel>(kernel: K) -> K::Output {

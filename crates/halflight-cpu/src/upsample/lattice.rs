@@ -10,14 +10,15 @@ use super::nearby::{Role, Source, assign_roles};
 use super::robust::{Fit, RbfRobustConfig, Scratch};
 use super::surface::Surfaces;
 use crate::corners::Corners;
-use crate::rise::{Rise, RiseLimits};
+use crate::tangent_plane::{DiscontinuityLimits, TangentPlanes};
 
 /// Configuration of [`Lattice`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LatticeConfig {
     /// Where surfaces end.
-    pub rise: RiseLimits,
+    #[serde(alias = "rise")]
+    pub discontinuity: DiscontinuityLimits,
     /// How pixels are computed that have no corner on their surface, and cells without a sample at each corner.
     pub rest: RbfRobustConfig,
 }
@@ -49,7 +50,7 @@ impl Upsampler for Lattice {
             out.fill(0.0);
             return;
         };
-        let pass = Pass { field: &field, rise: Rise::new(frame, &self.config.rise) };
+        let pass = Pass { field: &field, planes: TangentPlanes::new(frame, &self.config.discontinuity) };
         field.for_each_piece(out, |piece, rows, (): &mut ()| pass.fill(piece, rows));
         if !out.iter().any(|value| value.is_nan()) {
             return;
@@ -75,7 +76,7 @@ fn all_known(values: &[f32; 4]) -> bool {
 /// What all cells look at.
 struct Pass<'a> {
     field: &'a Field<'a>,
-    rise: Rise<'a>,
+    planes: TangentPlanes<'a>,
 }
 
 impl Pass<'_> {
@@ -86,7 +87,7 @@ impl Pass<'_> {
             && let &[sample] = field.samples_of(piece.cell)
         {
             let pixel = field.pixel(piece.rect.x0, piece.rect.y0);
-            let receives = self.rise.is_receiver(pixel);
+            let receives = self.planes.is_receiver(pixel);
             rows.set(pixel, if receives { field.value(sample).unwrap_or(field.anything) } else { 0.0 });
             return;
         }
@@ -98,18 +99,18 @@ impl Pass<'_> {
         };
         let low = values.iter().copied().fold(f32::INFINITY, f32::min);
         let high = values.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        let triangle = self.rise.triangle(&corners.pixels()).filter(|_| low < high && all_known(&values));
+        let triangle = self.planes.triangle(&corners.pixels()).filter(|_| low < high && all_known(&values));
         for (x, y) in piece.rect.pixels() {
             let pixel = field.pixel(x, y);
-            let value = if !self.rise.is_receiver(pixel) {
+            let value = if !self.planes.is_receiver(pixel) {
                 0.0
-            } else if triangle == self.rise.triangle(&[pixel]) && triangle.is_some() {
+            } else if triangle == self.planes.triangle(&[pixel]) && triangle.is_some() {
                 // All on one triangle, which is most of what is not flat.
                 let weights = corners.weights(x, y);
                 let sum = weights[0] * values[0] + weights[1] * values[1];
                 (sum + weights[2] * values[2] + weights[3] * values[3]).clamp(low, high)
             } else if low < high {
-                let value = corners.interpolate(&self.rise, &values, x, y);
+                let value = corners.interpolate(&self.planes, &values, x, y);
                 // Where the light is below the horizon of all corners on the pixel's surface there is next to none.
                 // Rounding must not lead out of the bounds.
                 if value.is_nan() { 0.5 * (low + high) } else { value.clamp(low, high) }
@@ -130,7 +131,7 @@ impl Pass<'_> {
         let samples = field.samples_of(cell);
         let mut values = [f32::NAN; 4];
         for (value, pixel) in values.iter_mut().zip(corners.pixels()) {
-            if !self.rise.is_receiver(pixel) {
+            if !self.planes.is_receiver(pixel) {
                 continue;
             }
             let is_here = |&&index: &&u32| field.sample(index).is_some_and(|s| s.pixel as usize == pixel);

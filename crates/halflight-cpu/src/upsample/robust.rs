@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::cells::{Field, Piece, Rows, TILE_PIXELS};
 use super::nearby::{Known, Nearby, Role, Source, assign_roles};
 use super::surface::{Patch, SurfaceLimits, Surfaces};
-use crate::dispatch::multiversion;
+use crate::multiversion::multiversion;
 
 /// Pixels that are computed together.
 const LANES: usize = 8;

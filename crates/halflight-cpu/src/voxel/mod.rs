@@ -6,7 +6,7 @@
 //! outside the grid, out of view, casts no shadow.
 
 mod config;
-pub mod failure;
+pub mod error_map;
 mod fan;
 mod frustum;
 mod grid;

@@ -51,12 +51,12 @@ impl Target {
         let [_, one, two] = Budget::DENSE.map(|share| f64::from(share.unwrap_or(f32::MAX)));
         let sum = |counter: usize| compiler.stage(programs::TARGET_SUM, &[("COUNTER", counter as f64)]);
         Ok(Self {
-            ask: compiler.stage(programs::LATTICE_ASK, &[("COUNTED", 0.0)])?,
+            ask: compiler.stage(programs::LATTICE_REQUEST, &[("COUNTED", 0.0)])?,
             show: compiler.stage(programs::TARGET_SHOW, &[])?,
             choose: compiler.stage(programs::TARGET_CHOOSE, &constants)?,
             count: compiler.stage(programs::TARGET_COUNT, &[])?,
             decide: compiler.stage(programs::TARGET_DECIDE, &[("SHARE_1", one), ("SHARE_2", two)])?,
-            expect: compiler.stage(programs::TARGET_EXPECT, &[])?,
+            expect: compiler.stage(programs::TARGET_PREDICT, &[])?,
             sum_expected: sum(EXPECTED)?,
             measure: compiler.stage(programs::TARGET_ENERGY, &[])?,
             sum_energy: sum(ENERGY)?,

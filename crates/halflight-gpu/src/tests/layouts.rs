@@ -62,8 +62,8 @@ fn structures_are_laid_out_alike() {
         gradient_above,
         depth_finest,
         surface,
-        rise_sine,
-        rise_footprint,
+        crease_sine,
+        pixel_footprint,
         error,
         step_level,
         levels

@@ -1,4 +1,4 @@
-//! What renders the rows of an experiment: the processor, or a graphics device.
+//! What renders the rows of an experiment: the CPU, or a GPU.
 
 use std::sync::Arc;
 
@@ -20,10 +20,10 @@ use halflight_cpu::pipeline::Pipeline;
 /// What renders rows.
 #[derive(Clone, Debug, Default)]
 pub enum Device {
-    /// The processor.
+    /// The CPU.
     #[default]
     Cpu,
-    /// A graphics device.
+    /// A GPU.
     #[cfg(feature = "gpu")]
     Gpu(Arc<Gpu>),
 }
@@ -45,7 +45,7 @@ impl Device {
         }
     }
 
-    /// Its name in options and in `results.csv`: for a graphics device, that of the adapter as well.
+    /// Its name in options and in `results.csv`: for a GPU, that of the adapter as well.
     pub fn name(&self) -> String {
         match self {
             Self::Cpu => "cpu".to_string(),

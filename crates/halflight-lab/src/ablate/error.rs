@@ -42,7 +42,7 @@ pub enum AblateError {
     /// An option that says nothing about what is run.
     #[error("{0}")]
     Option(&'static str),
-    /// The graphics device cannot be used.
+    /// The GPU cannot be used.
     #[cfg(feature = "gpu")]
     #[error(transparent)]
     Gpu(#[from] halflight_gpu::GpuError),
@@ -66,7 +66,7 @@ pub enum AblateError {
     /// A scene cannot be loaded.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// A hierarchy cannot be built.
+    /// A BVH cannot be built.
     #[error("scene {scene}: {source}")]
     Bvh {
         /// The scene.

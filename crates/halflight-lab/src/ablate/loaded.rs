@@ -12,7 +12,7 @@ use super::experiment::SceneChoice;
 use super::progress::Progress;
 use super::{AblateError, error, plan};
 
-/// A scene and its hierarchy.
+/// A scene and its BVH.
 pub(super) struct Loaded {
     /// The scene's label.
     pub(super) name: String,

@@ -13,7 +13,7 @@ use super::flicker::{FrameError, Means};
 use super::plan::{Row, Setting, word};
 use super::provenance::Provenance;
 use super::timing::Medians;
-use crate::failure::Failures;
+use crate::voxel_errors::Failures;
 
 /// A reference's error must be this many times below an error measured against it.
 pub const NOISE_MARGIN: f64 = 16.0;
@@ -120,7 +120,7 @@ pub struct Record {
     /// Receivers that shared a list of triangles.
     #[serde(default)]
     pub listed: u64,
-    /// Receivers that walked the hierarchy by themselves.
+    /// Receivers that walked the BVH by themselves.
     #[serde(default)]
     pub walked: u64,
     /// Receivers left to rays.
@@ -148,7 +148,7 @@ pub struct Record {
     /// Mean visible fraction that it adds where it is too bright, over all receivers.
     #[serde(default)]
     pub false_light: Option<f64>,
-    /// Share of the receivers whose visible fraction is off by more than [`OFF`](crate::failure::OFF).
+    /// Share of the receivers whose visible fraction is off by more than [`OFF`](crate::voxel_errors::OFF).
     #[serde(default)]
     pub off_share: Option<f64>,
     /// Those of them whose rays end at the receiver itself.

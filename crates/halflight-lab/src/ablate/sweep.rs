@@ -2,7 +2,7 @@
 
 use super::chart::{self, Chart, KeyGroup, Mark, Point, Scale, Series, Shape};
 use super::record::Finished;
-use crate::failure::OFF;
+use crate::voxel_errors::OFF;
 
 /// What a row's parameters set the constant to, if they do so and to a number, and the rest of them.
 pub fn value(parameters: &str, constant: &str) -> Option<(f64, String)> {

@@ -35,7 +35,7 @@ struct Arguments {
     /// Image size in place of the experiment's, or of all of them
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<[u32; 2]>,
-    /// What renders: a graphics device takes a program that was built with it, as `cargo xtask` does when this is given
+    /// What renders: a GPU takes a program that was built with it, as `cargo xtask` does when this is given
     #[arg(long, value_name = "DEVICE", default_value = "cpu", value_parser = PossibleValuesParser::new(Device::NAMES))]
     device: String,
     /// Small images and one timed frame: checks that everything works
@@ -107,7 +107,7 @@ fn ablate(arguments: &Arguments) -> Result<(), AblateError> {
     let places = Places { out: folder(arguments, &experiment.name), references: root().join("references") };
     let device = Device::open(&arguments.device)?;
     if experiment.flicker.is_some() && !matches!(device, Device::Cpu) {
-        return Err(AblateError::Option("flicker is measured on the processor only: leave out --device"));
+        return Err(AblateError::Option("flicker is measured on the CPU only: leave out --device"));
     }
     let provenance = Provenance::of_this_run(device.name());
     let command = command(arguments, &experiment.name);
@@ -130,7 +130,7 @@ fn stability(arguments: &Arguments) -> Result<(), AblateError> {
         ));
     }
     if arguments.device != "cpu" {
-        return Err(AblateError::Option("`stability` is measured on the processor only: leave out --device"));
+        return Err(AblateError::Option("`stability` is measured on the CPU only: leave out --device"));
     }
     let start = Instant::now();
     let plan = stability::Plan::new(arguments.case.as_deref(), arguments.quick)?;
@@ -153,7 +153,7 @@ fn stability(arguments: &Arguments) -> Result<(), AblateError> {
 
 fn furnished(arguments: &Arguments) -> Result<(), AblateError> {
     if arguments.device != "cpu" {
-        return Err(AblateError::Option("`furnished` is measured on the processor only: leave out --device"));
+        return Err(AblateError::Option("`furnished` is measured on the CPU only: leave out --device"));
     }
     let plan = furnished::Plan::new(&arguments.scene, arguments.size, arguments.quick);
     let out = folder(arguments, furnished::NAME);

@@ -45,7 +45,7 @@ pub enum ExactnessError {
     /// A scene cannot be loaded.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// A hierarchy cannot be built.
+    /// A BVH cannot be built.
     #[error(transparent)]
     Bvh(#[from] BvhError),
     /// A backend cannot be set up.

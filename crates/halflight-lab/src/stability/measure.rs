@@ -19,7 +19,7 @@ use super::methods::Method;
 use crate::ablate::AblateError;
 use crate::reference::{ReferenceConfig, reference};
 
-/// A scene and its hierarchy.
+/// A scene and its BVH.
 struct Stage {
     scene: Arc<Scene>,
     bvh: Arc<Bvh>,

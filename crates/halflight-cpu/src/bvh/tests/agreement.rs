@@ -30,7 +30,7 @@ fn origins(count: usize, low: Vec3, high: Vec3) -> Vec<Vec3> {
         .collect()
 }
 
-/// Compares bundles with single rays for all instruction sets; returns the rays traced and the visible ones.
+/// Compares packets with single rays for all instruction sets; returns the rays traced and the visible ones.
 fn compare(scene: &Scene, origins: &[Vec3], brute: usize) -> (u64, u64) {
     let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
     let (mut rays, mut seen) = (0, 0);
@@ -41,7 +41,7 @@ fn compare(scene: &Scene, origins: &[Vec3], brute: usize) -> (u64, u64) {
             let expected = answer(&mut single.clone(), scene, &mut batch);
             for isa in Isa::available() {
                 let found = answer(&mut BvhRays::new(bvh.clone()).with_isa(isa), scene, &mut batch);
-                assert_eq!(difference(&found, &expected), None, "{isa:?} {pattern:?} bundles");
+                assert_eq!(difference(&found, &expected), None, "{isa:?} {pattern:?} packets");
             }
             let few = &origins[..brute.min(origins.len())];
             let mut batch = ask(few, pattern, sparse);

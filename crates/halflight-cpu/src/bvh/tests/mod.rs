@@ -1,4 +1,4 @@
-//! Bundles against single rays against brute force, on made-up meshes.
+//! Packets against single rays against brute force, on made-up meshes.
 
 mod agreement;
 mod building;

@@ -1,4 +1,4 @@
-//! A refitted hierarchy answers like one built anew.
+//! A refitted BVH answers like one built anew.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use super::meshes::{Numbers, answer, ask, clusters, hall, lamp, mesh, patterns, 
 use crate::bvh::{Bvh, BvhError, BvhRays};
 use crate::pipeline::{Pipeline, PipelineError};
 
-/// A hierarchy over `from`, fitted to `to`.
+/// A BVH over `from`, fitted to `to`.
 fn refitted(from: &Mesh, to: &Mesh) -> Bvh {
     let mut bvh = Bvh::build(from).unwrap();
     bvh.refit(to).unwrap();

@@ -10,13 +10,13 @@ use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::scene::{Camera, Scene};
 
 use super::meshes::{Numbers, answer, cuboid, lamp, mesh, scene, sphere};
-use crate::bvh::bundle::{Bundle, RAYS};
+use crate::bvh::packet::{Packet, RAYS};
 use crate::bvh::stack::Stacks;
 use crate::bvh::{Bvh, BvhRays};
 use crate::gbuffer;
 use crate::simd::{Isa, Kernel, Simd};
 
-/// Which of up to 64 segments from an origin are occluded, as a bundle and one by one.
+/// Which of up to 64 segments from an origin are occluded, as a packet and one by one.
 struct Segments<'a> {
     bvh: &'a Bvh,
     origin: Vec3,
@@ -28,17 +28,17 @@ impl Kernel for Segments<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> (u64, u64) {
-        let (mut bundle, mut stacks) = (Bundle::new(), Stacks::new());
+        let (mut packet, mut stacks) = (Packet::new(), Stacks::new());
         for (ray, end) in self.ends.iter().enumerate() {
-            for (axis, ends) in bundle.ends_mut().iter_mut().enumerate() {
+            for (axis, ends) in packet.ends_mut().iter_mut().enumerate() {
                 ends[ray] = end[axis];
             }
         }
-        bundle.set_ends::<S>(self.origin, self.ends.len());
-        let together = self.bvh.occluded::<S>(&bundle, &mut stacks);
+        packet.set_ends::<S>(self.origin, self.ends.len());
+        let together = self.bvh.occluded::<S>(&packet, &mut stacks);
         let mut single = 0;
-        for ray in 0..bundle.count {
-            let end = bundle.end(ray);
+        for ray in 0..packet.count {
+            let end = packet.end(ray);
             single |= u64::from(self.bvh.occludes::<S>(0, self.origin, end, &mut stacks.single)) << ray;
         }
         (together, single)
@@ -76,7 +76,7 @@ fn rays_through_edges_and_corners_of_closed_meshes_are_stopped() {
         assert_eq!(leaks(&Bvh::build(&mesh(&closed)).unwrap(), &closed), 0);
         // A mesh with a hole must not pass.
         assert!(leaks(&Bvh::build(&mesh(&closed[1..])).unwrap(), &closed) > 0);
-        // A hierarchy that was fitted to it from somewhere else must.
+        // A BVH that was fitted to it from somewhere else must.
         let elsewhere: Vec<[Vec3; 3]> = closed
             .iter()
             .map(|corners| corners.map(|p| Vec3::new(p.y * 9.0, 0.1 * p.x - p.y * p.z, p.z)))

@@ -1,7 +1,7 @@
 //! The lattice refiner: masks at the corners of quadtree cells, refined where the visible fraction cannot be predicted.
 
-mod foretell;
-mod judge;
+mod error_estimate;
+mod split_test;
 mod validate;
 mod view;
 
@@ -19,13 +19,13 @@ use halflight_core::stats::ProofCounts;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::breaks::Breaks;
+use super::discontinuities::Discontinuities;
 use super::pixel_set::PixelSet;
-use super::target::{Neighbours, Plan, Steps, Trial};
+use super::target::{Neighbours, PilotSample, SamplingPlan, Steps};
 use super::trace_pixels;
 use crate::corners::Corners;
-use crate::rise::{Between, Rise, RiseLimits};
-use foretell::{Judged, Measured};
+use crate::tangent_plane::{Between, DiscontinuityLimits, TangentPlanes};
+use error_estimate::{Measured, Measurement};
 use validate::{Probe, Risk, Weighed};
 use view::View;
 
@@ -53,13 +53,14 @@ pub struct LatticeConfig {
     /// nothing, whatever this says.
     pub validate: bool,
     /// What parts surfaces.
-    pub rise: RiseLimits,
+    #[serde(alias = "rise")]
+    pub discontinuity: DiscontinuityLimits,
 }
 
 impl Default for LatticeConfig {
     fn default() -> Self {
-        let rise = RiseLimits::default();
-        Self { coarsest_level: 3, error: 0.05, target: 0.0, certify: false, validate: true, rise }
+        let discontinuity = DiscontinuityLimits::default();
+        Self { coarsest_level: 3, error: 0.05, target: 0.0, certify: false, validate: true, discontinuity }
     }
 }
 
@@ -106,7 +107,7 @@ enum Verdict {
 /// The visible fraction `F` is smooth over most of a penumbra and does not know normals. A cell is kept, to be interpolated
 /// over, when its corners' `F` differ by no more than [`LatticeConfig::error`], or when the parent's corners had foretold
 /// them that well. It is split where its corners turn from the lit to the unlit side of the light, and at concave creases
-/// and low steps where one side may shade the other, since contact shadows live there (see [`RiseLimits`]). Along other
+/// and low steps where one side may shade the other, since contact shadows live there (see [`DiscontinuityLimits`]). Along other
 /// steps, silhouettes and creases cells of up to 4 × 4 pixels are kept where each of their pixels has a corner on its own
 /// surface. Targets of 3e-5 and below take sharp convex edges for such steps too, since grooves finer than a pixel lie along
 /// them. When all is decided, corners of finer cells on or beside the edges of a kept cell are compared with what it would
@@ -120,9 +121,9 @@ enum Verdict {
 #[derive(Debug, Default)]
 pub struct Lattice {
     config: LatticeConfig,
-    plan: Plan,
+    plan: SamplingPlan,
     steps: Steps,
-    breaks: Breaks,
+    discontinuities: Discontinuities,
     /// Sample of every pixel, or [`NONE`].
     corners: Vec<u32>,
     /// Visible fraction of every sample; NaN where the light lies below its horizon.
@@ -144,12 +145,12 @@ pub struct Lattice {
     /// Visible fractions by more samples.
     renewed: Vec<f32>,
     /// Pixels that tell how noisy the frame will be.
-    judged: Vec<Judged>,
+    measurements: Vec<Measurement>,
     neighbours: Vec<Neighbours>,
     /// What pixels with samples of their own showed last, and how many cells there were.
     measured: Option<(usize, Measured)>,
     expected: Option<f64>,
-    /// Cells to look at, by level.
+    /// Cells to classify, by level.
     pending: Vec<Vec<Square>>,
     /// Verdicts on these, or on `kept`.
     verdicts: Vec<Verdict>,
@@ -165,12 +166,12 @@ pub struct Lattice {
     /// For every kept cell whether there are such pixels on or beside its edges; places of those with some.
     suspected: Vec<AtomicBool>,
     suspects: Vec<u32>,
-    mending: bool,
+    closing_cracks: bool,
     /// Cells of which something is to be proved, where their receivers are, and what was.
     certified: Vec<Square>,
     regions: Vec<Region>,
     proofs: Vec<Proof>,
-    trial: Vec<Trial>,
+    pilot: Vec<PilotSample>,
     proved: ProofCounts,
 }
 
@@ -198,20 +199,24 @@ impl Lattice {
         }
         let mut cells = std::mem::take(&mut self.pending[usize::from(level)]);
         let mut verdicts = std::mem::take(&mut self.verdicts);
-        cells.par_iter().with_min_len(256).map(|&cell| self.look(view, cell)).collect_into_vec(&mut verdicts);
-        self.trace(view, level, visibility, fragments);
+        cells
+            .par_iter()
+            .with_min_len(256)
+            .map(|&cell| self.classify(view, cell))
+            .collect_into_vec(&mut verdicts);
+        self.request(view, level, visibility, fragments);
         if level == self.top() && self.config.target > 0.0 {
-            let trial = self.plan.full;
+            let pilot = self.plan.full;
             self.plan(view, fragments);
             // The largest cells have these corners.
-            if self.plan.full.len() > trial.len() {
+            if self.plan.full.len() > pilot.len() {
                 self.top_up(view, 0, Purpose::Refine, visibility, fragments);
             }
         }
         if level > 0 {
-            let judged = cells.par_iter().zip(&mut verdicts).with_min_len(256);
-            judged.filter(|(_, verdict)| **verdict == Verdict::Keep).for_each(|(&cell, verdict)| {
-                if !self.holds(view, cell) || !self.may_be_kept(view, cell) {
+            let measurements = cells.par_iter().zip(&mut verdicts).with_min_len(256);
+            measurements.filter(|(_, verdict)| **verdict == Verdict::Keep).for_each(|(&cell, verdict)| {
+                if !self.passes_split_test(view, cell) || !self.fits_target(view, cell) {
                     *verdict = Verdict::Split;
                 }
             });
@@ -247,13 +252,13 @@ impl Lattice {
     }
 
     /// What can be said about a cell without its corners' masks; asks for these where that is not enough.
-    fn look(&self, view: &View, cell: Square) -> Verdict {
+    fn classify(&self, view: &View, cell: Square) -> Verdict {
         let gbuffer = view.gbuffer;
         if cell.x << cell.level >= gbuffer.width || cell.y << cell.level >= gbuffer.height {
             return Verdict::Drop;
         }
         let corners = cell.corners(gbuffer);
-        match self.breaks.inside(cell.level, cell.x, cell.y) {
+        match self.discontinuities.inside(cell.level, cell.x, cell.y) {
             // Nothing parts the cell's pixels, so what one of them sees, geometry or nothing, all see.
             Between::Nothing if !gbuffer.is_receiver(corners.pixels()[0]) => return Verdict::Drop,
             Between::Nothing => {}
@@ -269,7 +274,13 @@ impl Lattice {
     }
 
     /// Asks for the masks that are wanted, each of a new sample, and computes how much of the light they see.
-    fn trace(&mut self, view: &View, level: u8, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
+    fn request(
+        &mut self,
+        view: &View,
+        level: u8,
+        visibility: &mut dyn Visibility,
+        fragments: &mut Fragments,
+    ) {
         let purpose = if level == 0 { Purpose::Final } else { Purpose::Refine };
         let known = fragments.samples().len();
         self.wanted.drain(&mut self.fresh);
@@ -417,12 +428,12 @@ impl Refiner for Lattice {
         let gbuffer = frame.gbuffer;
         let top = self.top();
         self.plan = if self.config.target > 0.0 {
-            Plan::trial(frame.pattern.kind, self.config.error)
+            SamplingPlan::pilot(frame.pattern.kind, self.config.error)
         } else {
-            Plan::fixed(frame.pattern, self.config.error)
+            SamplingPlan::fixed(frame.pattern, self.config.error)
         };
         self.steps = Steps::new(self.config.target);
-        self.breaks.find(frame, light, &self.config.rise, self.steps.edge, top);
+        self.discontinuities.find(frame, light, &self.config.discontinuity, self.steps.edge, top);
         self.corners.clear();
         self.corners.resize(gbuffer.pixels(), NONE);
         self.wanted.reset(gbuffer.width, gbuffer.height);
@@ -443,7 +454,7 @@ impl Refiner for Lattice {
         self.kept.clear();
         self.suspected.clear();
         self.recent.clear();
-        self.mending = false;
+        self.closing_cracks = false;
         self.proved = ProofCounts::default();
         self.owners.clear();
         self.owners.resize(gbuffer.width.div_ceil(2) as usize * gbuffer.height.div_ceil(2) as usize, NONE);
@@ -451,7 +462,8 @@ impl Refiner for Lattice {
         self.pending.resize_with(usize::from(top) + 1, Vec::new);
         let all = (0..rows).flat_map(|y| (0..columns).map(move |x| Square { level: top, x, y }));
         self.pending[usize::from(top)].extend(all);
-        let view = View { frame, gbuffer, light, rise: Rise::new(frame, &self.config.rise) };
+        let view =
+            View { frame, gbuffer, light, planes: TangentPlanes::new(frame, &self.config.discontinuity) };
         // What the coarse levels have found tells whether the rest is worth the trouble.
         let mut dense = false;
         for level in (0..=top).rev() {
@@ -468,7 +480,7 @@ impl Refiner for Lattice {
         let validates = self.config.target > 0.0 && self.config.validate && !dense;
         let (mut round, mut rounds) = (0, if validates { validate::ROUNDS } else { 0 });
         loop {
-            while !dense && self.mend(&view) {
+            while !dense && self.close_cracks(&view) {
                 self.descend_all(&view, visibility, fragments);
             }
             if round == rounds {
@@ -480,7 +492,7 @@ impl Refiner for Lattice {
             self.descend_all(&view, visibility, fragments);
             round += 1;
         }
-        self.expected = (self.config.target > 0.0).then(|| self.expect(&view, fragments));
+        self.expected = (self.config.target > 0.0).then(|| self.predict_error(&view, fragments));
         for &(cell, verdict) in self.kept.iter().flatten() {
             if self.config.certify {
                 let pixels = view.receivers(cell);
@@ -503,7 +515,7 @@ impl Refiner for Lattice {
     }
 
     fn patterns(&self, full: Pattern) -> Vec<Pattern> {
-        if self.config.target > 0.0 { Plan::patterns(full.kind) } else { vec![full] }
+        if self.config.target > 0.0 { SamplingPlan::patterns(full.kind) } else { vec![full] }
     }
 
     fn expected_error(&self) -> Option<f64> {
@@ -518,14 +530,14 @@ impl Refiner for Lattice {
         self.proved
     }
 
-    /// None: it looks for breaks of another kind.
+    /// Returns 0: discontinuities are found by the tangent-plane test, not in the pyramid.
     fn coarsest_level(&self) -> u8 {
         0
     }
 
     fn bytes(&self) -> usize {
         let pending: usize = self.pending.iter().map(Vec::capacity).sum();
-        self.breaks.bytes()
+        self.discontinuities.bytes()
             + (self.corners.capacity() + self.fractions.capacity() + self.fresh.capacity()) * 4
             + pending * size_of::<Square>()
             + self.kept.capacity() * size_of::<Option<(Square, Verdict)>>()
@@ -539,8 +551,8 @@ impl Refiner for Lattice {
             + self.ranked.capacity() * size_of::<(f64, u32)>()
             + self.off.capacity() * 4
             + (self.partly.capacity() + self.partly_samples.capacity() + self.renewed.capacity()) * 4
-            + self.trial.capacity() * size_of::<Trial>()
-            + self.judged.capacity() * size_of::<Judged>()
+            + self.pilot.capacity() * size_of::<PilotSample>()
+            + self.measurements.capacity() * size_of::<Measurement>()
             + self.neighbours.capacity() * size_of::<Neighbours>()
             + self.certified.capacity() * size_of::<Square>()
             + self.regions.capacity() * size_of::<Region>()

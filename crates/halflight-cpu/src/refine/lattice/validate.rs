@@ -11,12 +11,12 @@ use halflight_core::mask::Purpose;
 use halflight_core::stages::Visibility;
 use rayon::prelude::*;
 
-use super::foretell::{Measured, rough_irradiance_of};
+use super::error_estimate::{Measured, rough_irradiance_of};
 use super::{Lattice, NONE, Square, Verdict, View};
 use crate::corners::Corners;
-use crate::refine::place::cell_rect;
+use crate::refine::representative::cell_rect;
 use crate::refine::target::{NOISE_SHARE, Neighbours};
-use crate::rise::Between;
+use crate::tangent_plane::Between;
 
 /// Levels that are told apart: 1, 2, 3 and coarser.
 const LEVELS: usize = 4;
@@ -42,7 +42,7 @@ const LEAST_SHARE: f64 = 0.25;
 
 /// Share of the target that may be expected before cells are split for it, and the share of what is left to interpolation
 /// that they are then split down to: errors are known to within a factor of 1.5 or so, and what is just missed costs more to
-/// mend than it is worth.
+/// refine than it is worth.
 const TOLERATED: f64 = 1.25;
 
 /// How many times the noise that was planned may be before more samples are taken: receivers in the penumbra are then asked
@@ -128,10 +128,10 @@ impl Lattice {
     pub(super) fn weigh(&self, view: &View, cell: Square) -> Weighed {
         let corners = cell.corners(view.gbuffer);
         let strongest = self.strongest(&corners);
-        let (low, high) = super::judge::range(&corners.pixels().map(|pixel| self.fraction(pixel)));
+        let (low, high) = super::split_test::range(&corners.pixels().map(|pixel| self.fraction(pixel)));
         let rect = cell_rect(view.gbuffer, cell.level, cell.x, cell.y);
         let pixels = ((rect.x1 - rect.x0) * (rect.y1 - rect.y0)) as f32;
-        let step = self.breaks.inside(cell.level, cell.x, cell.y) == Between::Step;
+        let step = self.discontinuities.inside(cell.level, cell.x, cell.y) == Between::Step;
         // Steep cells were kept since their parents had predicted them to within the tolerance.
         let difference = (high - low).clamp(0.0, self.plan.tolerance(strongest));
         let mixed = difference > 0.0;
@@ -152,7 +152,7 @@ impl Lattice {
     }
 
     /// Whether a cell whose corners agree well enough may be kept by what validation has found.
-    pub(super) fn may_be_kept(&self, view: &View, cell: Square) -> bool {
+    pub(super) fn fits_target(&self, view: &View, cell: Square) -> bool {
         let within = self.risk.limit == f64::INFINITY || {
             let weighed = self.weigh(view, cell);
             self.risk.error(&weighed) <= self.risk.limit * f64::from(weighed.pixels)
@@ -166,7 +166,7 @@ impl Lattice {
     fn outshines(&self, view: &View, cell: Square) -> bool {
         if !self.config.validate
             || self.plan.energy <= 0.0
-            || self.breaks.inside(cell.level, cell.x, cell.y) != Between::Step
+            || self.discontinuities.inside(cell.level, cell.x, cell.y) != Between::Step
         {
             return false;
         }
@@ -230,10 +230,10 @@ impl Lattice {
             }
         }
         let first = fragments.samples().len() as u32;
-        self.trace(view, 0, visibility, fragments);
+        self.request(view, 0, visibility, fragments);
         let mut off = std::mem::take(&mut self.off);
         off.clear();
-        self.judge_probes(&weighed, view, fragments, first, &mut off);
+        self.compare_probes(&weighed, view, fragments, first, &mut off);
         let error: f64 = weighed.iter().map(|one| self.risk.error(one)).sum();
         self.risk.limit = f64::INFINITY;
         if noise + error > TOLERATED * whole {
@@ -254,7 +254,7 @@ impl Lattice {
         self.risk.limit < f64::INFINITY
     }
 
-    /// Takes more samples of the receivers that see part of the light where their noise is more than the trial had predicted, so
+    /// Takes more samples of the receivers that see part of the light where their noise is more than the pilot samples had predicted, so
     /// many that no more than a share of the target is left. `interpolated` is the energy of interpolated pixels. Returns what
     /// the others show then.
     pub(super) fn raise(
@@ -335,7 +335,7 @@ impl Lattice {
 
     /// Compares validated pixels with what is interpolated there; appends the places of cells that are off by more than their
     /// tolerance to `off`. Samples from `first` on are new.
-    fn judge_probes(
+    fn compare_probes(
         &mut self,
         weighed: &[Weighed],
         view: &View,
@@ -359,8 +359,8 @@ impl Lattice {
             }
             let corners = cell.corners(view.gbuffer);
             let known = corners.pixels().map(|pixel| self.fraction(pixel));
-            let (low, high) = super::judge::range(&known);
-            let expected = corners.interpolate(&view.rise, &known, x, y);
+            let (low, high) = super::split_test::range(&known);
+            let expected = corners.interpolate(&view.planes, &known, x, y);
             let expected = if expected.is_nan() { 0.5 * (low + high) } else { expected.clamp(low, high) };
             let (found, strength) = (self.fractions[sample as usize], self.unshadowed[sample as usize]);
             if found.is_nan() || expected.is_nan() || strength <= 0.0 {

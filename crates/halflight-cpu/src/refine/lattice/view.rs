@@ -7,15 +7,15 @@ use halflight_core::proof::Region;
 
 use super::Square;
 use crate::corners::Corners;
-use crate::refine::place::cell_rect;
-use crate::rise::{LightCorners, Rise, Side};
+use crate::refine::representative::cell_rect;
+use crate::tangent_plane::{LightCorners, Side, TangentPlanes};
 
-/// What all cells look at.
+/// The frame and the light that all cells are classified for.
 pub(super) struct View<'a> {
     pub(super) frame: &'a Frame<'a>,
     pub(super) gbuffer: &'a GBuffer,
     pub(super) light: u32,
-    pub(super) rise: Rise<'a>,
+    pub(super) planes: TangentPlanes<'a>,
 }
 
 impl View<'_> {
@@ -29,7 +29,7 @@ impl View<'_> {
         let mut region = Region::EMPTY;
         for pixel in own.chain(cell.corners(gbuffer).pixels()) {
             let Some(receiver) = gbuffer.receiver(pixel) else { continue };
-            match self.rise.side(&light, pixel) {
+            match self.planes.side(&light, pixel) {
                 Side::Lit => region = region.with(receiver.origin),
                 Side::Unlit => {}
                 Side::Both => return Region { low: Vec3::NEG_INFINITY, high: Vec3::INFINITY },
@@ -55,7 +55,7 @@ impl View<'_> {
                 let pixel = gbuffer.index(x, y);
                 !gbuffer.is_receiver(pixel)
                     || places.into_iter().zip(pixels).any(|((cx, cy), corner)| {
-                        self.rise.is_level(pixel, corner, cx.abs_diff(x).max(cy.abs_diff(y)))
+                        self.planes.is_level(pixel, corner, cx.abs_diff(x).max(cy.abs_diff(y)))
                     })
             })
         })

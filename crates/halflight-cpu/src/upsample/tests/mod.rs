@@ -9,7 +9,7 @@ use halflight_core::stages::Upsampler;
 use proptest::prelude::*;
 
 use super::*;
-use crate::rise::RiseLimits;
+use crate::tangent_plane::DiscontinuityLimits;
 use support::{
     Plane, Random, WALL, all, corner_cells, planes, push_cell, quadtree, sample_at, upsample, values_by,
 };
@@ -281,8 +281,8 @@ fn between_corners_ramps_are_exact_and_steps_are_kept() {
     let side = |x: f32, _: f32| if x < 23.0 { 0.0 } else { 1.0 };
     let out = upsample(&mut Lattice::default(), &gbuffer, &fragments, &values);
     assert_eq!(worst(&gbuffer, &out, 0, side), 0.0);
-    let rise = RiseLimits { crease_deg: 90.0, step_px: 1e9 };
-    let blind = LatticeConfig { rise, ..LatticeConfig::default() };
+    let discontinuity = DiscontinuityLimits { crease_deg: 90.0, step_px: 1e9 };
+    let blind = LatticeConfig { discontinuity, ..LatticeConfig::default() };
     let out = upsample(&mut Lattice::new(blind), &gbuffer, &fragments, &values);
     assert!(worst(&gbuffer, &out, 0, side) > 0.2);
 }

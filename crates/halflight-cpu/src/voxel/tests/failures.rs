@@ -1,6 +1,6 @@
 //! Why pixels are wrong.
 
-use super::failure::{Cause, FailureCounts, FailureMap, failure_map, segments};
+use super::error_map::{Cause, FailureCounts, FailureMap, failure_map, segments};
 use super::*;
 
 const ROOF: (Vec3, Vec3) = (Vec3::new(-1.0, 1.0, -1.0), Vec3::new(1.0, 1.02, 1.0));

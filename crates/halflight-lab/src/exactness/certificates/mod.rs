@@ -70,7 +70,7 @@ impl AddAssign for Outcome {
 /// Attacks beams until they have proved so many cases. `progress` is told how many more there are.
 ///
 /// # Errors
-/// A hierarchy cannot be built over a scene made here.
+/// A BVH cannot be built over a scene made here.
 pub fn attack(cases: u64, seed: u32, progress: impl FnMut(u64)) -> Result<Outcome, BvhError> {
     attack_backend(cases, seed, &|bvh| Box::new(Beam::new(bvh)), progress)
 }
@@ -78,7 +78,7 @@ pub fn attack(cases: u64, seed: u32, progress: impl FnMut(u64)) -> Result<Outcom
 /// [`attack`] on another backend: one that tells in its statistics what it proved.
 ///
 /// # Errors
-/// A hierarchy cannot be built over a scene made here.
+/// A BVH cannot be built over a scene made here.
 pub fn attack_backend(
     cases: u64,
     seed: u32,

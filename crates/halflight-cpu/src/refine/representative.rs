@@ -61,7 +61,7 @@ pub(super) fn has_receiver(frame: &Frame, level: u8, x: u32, y: u32) -> bool {
     x < cells.width && y < cells.height && cells.receivers[cells.index(x, y)]
 }
 
-/// Depth and curvature breaks of a cell against the thresholds: (depth, curvature). Pixels have none.
+/// Depth and curvature discontinuities of a cell against the thresholds: (depth, curvature). Pixels have none.
 pub(super) fn geometry_breaks(
     frame: &Frame,
     thresholds: &GeometryThresholds,

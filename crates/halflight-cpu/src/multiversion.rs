@@ -3,7 +3,7 @@
 //! The kernels are plain loops over short arrays that the compiler turns into vector code; no floating-point operation is
 //! fused or reordered, so all versions give the same bits.
 
-/// Defines `fn $name(args) -> ret` that runs the widest version of the body that the processor has.
+/// Defines `fn $name(args) -> ret` that runs the widest version of the body that the CPU has.
 macro_rules! multiversion {
     ($(#[$meta:meta])* $visibility:vis fn $name:ident($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block) => {
         $(#[$meta])*

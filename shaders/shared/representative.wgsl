@@ -1,4 +1,4 @@
-// Where cells are evaluated, and when light cannot reach them at all (halflight-cpu/src/refine/place.rs).
+// Where cells are evaluated, and when light cannot reach them at all (halflight-cpu/src/refine/representative.rs).
 //@ needs shared/light shared/query shared/receiver
 
 // The pixel at which a square is evaluated: the one right of and below its centre, or else the nearest receiver in it. NONE

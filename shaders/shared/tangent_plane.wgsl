@@ -1,7 +1,7 @@
-// Whether one surface point rises above another's tangent plane (halflight-cpu/src/rise.rs).
+// Whether one surface point rises above another's tangent plane (halflight-cpu/src/tangent_plane.rs).
 //@ needs shared/offset shared/receiver
 
-struct Rises {
+struct Elevations {
     // Heights above each other's tangent planes, metres.
     above_a: f32,
     above_b: f32,
@@ -12,15 +12,15 @@ struct Rises {
 }
 
 // Of two receivers that lie so many columns or rows apart.
-fn rises_between(a: u32, b: u32, apart: u32) -> Rises {
+fn rises_between(a: u32, b: u32, apart: u32) -> Elevations {
     let pa = position[a];
     let pb = position[b];
     let between = pb.xyz - pa.xyz;
-    let step = frame.rise_footprint * min(pa.w, pb.w) * f32(apart);
+    let step = frame.pixel_footprint * min(pa.w, pb.w) * f32(apart);
     // Far from the origin single precision is coarser than a pixel.
     let rounding = rounding_at(pa.xyz);
-    let limit = min(frame.rise_sine * sqrt(dot3(between, between)), step) + rounding;
-    return Rises(dot3(normal_at(a), between), -dot3(normal_at(b), between), limit, step + rounding);
+    let limit = min(frame.crease_sine * sqrt(dot3(between, between)), step) + rounding;
+    return Elevations(dot3(normal_at(a), between), -dot3(normal_at(b), between), limit, step + rounding);
 }
 
 // Whether something parts two pixels.

@@ -12,7 +12,7 @@ use super::Lattice;
 use super::view::View;
 use crate::compose::luminance;
 use crate::irradiance;
-use crate::refine::target::{Neighbours, Plan, Trial};
+use crate::refine::target::{Neighbours, PilotSample, SamplingPlan};
 use crate::unshadowed::{roughly_unshadowed, unshadowed_many};
 
 /// Samples whose unshadowed irradiance is computed together, and those that fill a vector.
@@ -21,7 +21,7 @@ const VECTOR: usize = 16;
 
 /// Pixels of their own by which the noise of all is predicted: within 7 % of what all predict on seven scenes at two
 /// targets, a quarter as many within 14 %.
-const JUDGED: usize = 8192;
+const MEASURED: usize = 8192;
 
 /// One part in so many of the cells may be added before the noise of all is measured anew.
 const FEW: usize = 16;
@@ -81,13 +81,14 @@ impl Lattice {
     /// Chooses samples and cells by what the corners so far have shown.
     pub(super) fn plan(&mut self, view: &View, fragments: &Fragments) {
         let neighbours = Neighbours::new(self.plan.full);
-        let trial = |(sample, (&fraction, &unshadowed)): (&Sample, (&f32, &f32))| {
-            let (variance, torn) = neighbours.variance(fragments.batch(sample.batch), sample.first as usize);
-            Trial { unshadowed, fraction, variance, torn }
+        let pilot = |(sample, (&fraction, &unshadowed)): (&Sample, (&f32, &f32))| {
+            let (variance, disagreement) =
+                neighbours.variance(fragments.batch(sample.batch), sample.first as usize);
+            PilotSample { unshadowed, fraction, variance, disagreement }
         };
         let known = self.fractions.par_iter().zip(&self.unshadowed);
-        fragments.samples().par_iter().zip(known).map(trial).collect_into_vec(&mut self.trial);
-        self.plan = Plan::reach(self.config.target, view.frame.pattern.kind, &self.trial);
+        fragments.samples().par_iter().zip(known).map(pilot).collect_into_vec(&mut self.pilot);
+        self.plan = SamplingPlan::reach(self.config.target, view.frame.pattern.kind, &self.pilot);
         if !self.config.validate {
             self.plan = self.plan.alike_everywhere();
         }
@@ -95,7 +96,7 @@ impl Lattice {
 
     /// Predicted squared error of the irradiance by luminance, summed over all pixels: the noise of pixels on their own, by
     /// some of them where there are many, and what validation has found of interpolated cells.
-    pub(super) fn expect(&mut self, view: &View, fragments: &Fragments) -> f64 {
+    pub(super) fn predict_error(&mut self, view: &View, fragments: &Fragments) -> f64 {
         let measured = match self.measured {
             Some((cells, measured)) if (fragments.cells().len() - cells) * FEW < cells => measured,
             _ => self.measure(view, fragments),
@@ -107,14 +108,16 @@ impl Lattice {
     /// Adds up what the masks of pixels with samples of their own show.
     pub(super) fn measure(&mut self, view: &View, fragments: &Fragments) -> Measured {
         let cells = fragments.cells();
-        let stride = cells.len().div_ceil(JUDGED).max(1);
+        let stride = cells.len().div_ceil(MEASURED).max(1);
         let mut neighbours = std::mem::take(&mut self.neighbours);
         neighbours.clear();
         neighbours.extend(fragments.batches().iter().map(|batch| Neighbours::new(batch.pattern())));
         let light = view.frame.light(view.light);
         let judge = |(place, group): (usize, &[Cell])| {
             let cell = group[hash::mix(place as u32) as usize % group.len()];
-            let (&[index], 0) = (fragments.cell_samples(&cell), cell.level) else { return Judged::default() };
+            let (&[index], 0) = (fragments.cell_samples(&cell), cell.level) else {
+                return Measurement::default();
+            };
             let sample = &fragments.samples()[index as usize];
             let (batch, query) = (fragments.batch(sample.batch), sample.first as usize);
             let variance = neighbours[usize::from(sample.batch)].variance(batch, query).0;
@@ -123,17 +126,17 @@ impl Lattice {
                 None => irradiance::fraction(light, batch, query).unwrap_or(0.0),
             };
             let count = group.len() as f64;
-            Judged {
+            Measurement {
                 sample: index,
                 variance: f64::from(variance) * count,
                 energy: f64::from(fraction).powi(2) * count,
             }
         };
-        let mut judged = std::mem::take(&mut self.judged);
-        cells.par_chunks(stride).enumerate().with_min_len(256).map(judge).collect_into_vec(&mut judged);
-        judged.retain(|one| one.energy > 0.0);
+        let mut measurements = std::mem::take(&mut self.measurements);
+        cells.par_chunks(stride).enumerate().with_min_len(256).map(judge).collect_into_vec(&mut measurements);
+        measurements.retain(|one| one.energy > 0.0);
         let known = &self.unshadowed;
-        let block = |block: &[Judged]| {
+        let block = |block: &[Measurement]| {
             let mut unshadowed = [0.0; TOGETHER];
             if known.len() == fragments.samples().len() {
                 for (unshadowed, one) in unshadowed.iter_mut().zip(block) {
@@ -153,8 +156,8 @@ impl Lattice {
             sum
         };
         // In one order, whatever the number of threads.
-        let blocks = judged.par_chunks(TOGETHER).with_min_len(16).map(block).collect::<Vec<Measured>>();
-        (self.judged, self.neighbours) = (judged, neighbours);
+        let blocks = measurements.par_chunks(TOGETHER).with_min_len(16).map(block).collect::<Vec<Measured>>();
+        (self.measurements, self.neighbours) = (measurements, neighbours);
         let measured = blocks.into_iter().fold(Measured::default(), |a, b| Measured {
             noise: a.noise + b.noise,
             energy: a.energy + b.energy,
@@ -178,7 +181,7 @@ pub(super) struct Measured {
 
 /// A pixel that speaks for some: its sample, the variance and the square of its visible fraction, times their number.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Judged {
+pub(super) struct Measurement {
     sample: u32,
     variance: f64,
     energy: f64,

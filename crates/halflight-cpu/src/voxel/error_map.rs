@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::fan::Run;
 use super::march::Rays;
 use super::{Course, Voxels};
-use crate::bvh::{Bundle, Bvh, Hits, STACK};
+use crate::bvh::{Bvh, Hits, Packet, STACK};
 use crate::samples::LANES;
 use crate::simd::{Isa, Kernel, Simd};
 
@@ -234,7 +234,7 @@ impl Kernel for Trace<'_> {
     }
 }
 
-/// Asks the hierarchy over a scene's triangles whether the open segment between two points meets one.
+/// Asks the BVH over a scene's triangles whether the open segment between two points meets one.
 pub fn segments(bvh: &Bvh) -> impl Fn(Vec3, Vec3) -> bool + Sync + '_ {
     struct Segment<'a>(&'a Bvh, Vec3, Vec3);
 
@@ -244,12 +244,12 @@ pub fn segments(bvh: &Bvh) -> impl Fn(Vec3, Vec3) -> bool + Sync + '_ {
         #[inline(always)]
         fn run<S: Simd>(self) -> bool {
             let Self(bvh, from, to) = self;
-            let mut bundle = Bundle::new();
+            let mut packet = Packet::new();
             let mut hits = Hits::new();
-            bundle.clear(from);
-            bundle.push(to - from);
-            bundle.finish::<S>();
-            bvh.nearest::<S>(&bundle, &mut [(0u32, 0.0f32); STACK], &mut hits);
+            packet.clear(from);
+            packet.push(to - from);
+            packet.finish::<S>();
+            bvh.nearest::<S>(&packet, &mut [(0u32, 0.0f32); STACK], &mut hits);
             hits.t[0] < 1.0
         }
     }

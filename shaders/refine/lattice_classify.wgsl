@@ -13,7 +13,7 @@ fn look(@builtin(global_invocation_id) at: vec3<u32>) {
         return;
     }
     let corners = corners_of(frame.level, at.xy);
-    let breaks_here = breaks_inside(frame.level, at.xy);
+    let breaks_here = discontinuities_inside(frame.level, at.xy);
     if breaks_here == NOTHING {
         // Nothing parts the cell's pixels, so what one of them sees, geometry or nothing, all see.
         cells[index].state = select(DONE, WAITING, is_receiver(pixel_of(corners.first)));

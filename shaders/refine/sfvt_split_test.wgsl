@@ -84,9 +84,9 @@ fn split(cell: vec2<u32>, deep: u32) {
 
 fn keep(first: u32, index: u32, cell: vec2<u32>, dark: bool) {
     samples[index] = centre_sample(first);
-    let further = !dark && FURTHER_SAMPLES && frame.level > 2u;
-    cells[index].kept = select(KEPT, KEPT_MORE, further);
-    if !further {
+    let additional = !dark && FURTHER_SAMPLES && frame.level > 2u;
+    cells[index].kept = select(KEPT, KEPT_MORE, additional);
+    if !additional {
         return;
     }
     let corner = cell << vec2(frame.level);
@@ -94,7 +94,7 @@ fn keep(first: u32, index: u32, cell: vec2<u32>, dark: bool) {
     for (var sample = 0u; sample < 3u; sample++) {
         let at = corner + half * vec2(sample & 1u, sample >> 1u);
         if at.x < frame.width && at.y < frame.height {
-            cells[at.y * frame.width + at.x].state = FURTHER;
+            cells[at.y * frame.width + at.x].state = ADDITIONAL;
         }
     }
 }

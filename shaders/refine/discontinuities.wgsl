@@ -1,7 +1,7 @@
 // Silhouettes, steps, concave creases and, for small error targets, sharp edges between neighbouring pixels, as one light has
 // them.
-//@ needs shared/breaks shared/rise
-//@ writes breaks
+//@ needs shared/discontinuities shared/tangent_plane
+//@ writes discontinuities
 
 // Steps higher than this many pixels have nothing in common with what is behind them.
 const FAR_STEP: f32 = 32.0;
@@ -29,7 +29,7 @@ fn find(@builtin(global_invocation_id) at: vec3<u32>) {
     if at.y + 1u < frame.height {
         flags |= flag(between(pixel, pixel + frame.width), BELOW);
     }
-    breaks[pixel] = flags;
+    discontinuities[pixel] = flags;
 }
 
 fn flag(what: u32, bit: u32) -> u32 {

@@ -1,5 +1,5 @@
-// One level of breaks from the next finer one.
-//@ writes breaks
+// One level of discontinuities from the next finer one.
+//@ writes discontinuities
 
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(global_invocation_id) at: vec3<u32>) {
@@ -11,8 +11,8 @@ fn gather(@builtin(global_invocation_id) at: vec3<u32>) {
     for (var child = 0u; child < 4u; child++) {
         let cell = 2u * at.xy + vec2(child & 1u, child >> 1u);
         if all(cell < finer) {
-            flags |= breaks[cell_index(frame.level - 1u, cell)];
+            flags |= discontinuities[cell_index(frame.level - 1u, cell)];
         }
     }
-    breaks[cell_index(frame.level, at.xy)] = flags;
+    discontinuities[cell_index(frame.level, at.xy)] = flags;
 }

@@ -2,8 +2,8 @@
 
 use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
 use halflight_cpu::voxel::VoxelConfig;
-use halflight_cpu::voxel::failure::FailureCounts;
-use halflight_lab::failure::{Failures, OFF};
+use halflight_cpu::voxel::error_map::FailureCounts;
+use halflight_lab::voxel_errors::{Failures, OFF};
 use serde::Serialize;
 
 /// Receivers that voxel marching gets wrong by more than the threshold, by cause, as they go into the statistics.

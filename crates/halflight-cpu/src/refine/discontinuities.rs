@@ -4,7 +4,7 @@
 use halflight_core::frame::Frame;
 use rayon::prelude::*;
 
-use crate::rise::{Between, LightCorners, RUN, Rise, RiseLimits, Suspects};
+use crate::tangent_plane::{Between, DiscontinuityLimits, LightCorners, RUN, Suspects, TangentPlanes};
 
 /// Something lies between the pixel and its right neighbour.
 const RIGHT: u8 = 1;
@@ -21,25 +21,32 @@ struct Level {
     flags: Vec<u8>,
 }
 
-/// Breaks of all pixels and cells, as one light has them.
+/// Discontinuities of all pixels and cells, as one light has them.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Breaks {
+pub(super) struct Discontinuities {
     width: u32,
     height: u32,
     levels: Vec<Level>,
 }
 
-impl Breaks {
-    /// Looks for breaks between all neighbours, and gathers them up to level `coarsest`. Convex edges are breaks as well where
+impl Discontinuities {
+    /// Looks for discontinuities between all neighbours, and gathers them up to level `coarsest`. Convex edges are discontinuities as well where
     /// the cosine of normals on both sides is below `edge`.
-    pub(super) fn find(&mut self, frame: &Frame, light: u32, limits: &RiseLimits, edge: f32, coarsest: u8) {
+    pub(super) fn find(
+        &mut self,
+        frame: &Frame,
+        light: u32,
+        limits: &DiscontinuityLimits,
+        edge: f32,
+        coarsest: u8,
+    ) {
         let gbuffer = frame.gbuffer;
         (self.width, self.height) = (gbuffer.width, gbuffer.height);
         self.levels.resize_with(usize::from(coarsest) + 1, Level::default);
-        let (rise, light) = (Rise::new(frame, limits), LightCorners(frame.light(light).corners()));
+        let (planes, light) = (TangentPlanes::new(frame, limits), LightCorners(frame.light(light).corners()));
         let (width, row) = (gbuffer.width, gbuffer.width.max(1) as usize);
-        let flag = |a: usize, b: usize, bit: u8| match rise.between(&light, a, b) {
-            Between::Nothing if rise.turns(a, b, edge) => bit,
+        let flag = |a: usize, b: usize, bit: u8| match planes.between(&light, a, b) {
+            Between::Nothing if planes.turns(a, b, edge) => bit,
             Between::Nothing => 0,
             Between::Step => bit,
             Between::Shade => bit | bit << SHADE,
@@ -53,8 +60,9 @@ impl Breaks {
             for (start, flags) in (0..row).step_by(RUN).zip(flags.chunks_mut(RUN)) {
                 flags.fill(0);
                 let (at, count) = (first + start, flags.len());
-                let right = rise.suspects(at, at + 1, count.min(row - 1 - start), edge);
-                let below = if last { Suspects::default() } else { rise.suspects(at, at + row, count, edge) };
+                let right = planes.suspects(at, at + 1, count.min(row - 1 - start), edge);
+                let below =
+                    if last { Suspects::default() } else { planes.suspects(at, at + row, count, edge) };
                 for (Suspects { steps, mut others }, apart, bit) in [(right, 1, RIGHT), (below, row, BELOW)] {
                     for (lane, flag) in flags.iter_mut().enumerate() {
                         *flag |= (steps >> lane & 1) as u8 * bit;

@@ -49,7 +49,7 @@ fn expected(level: u32, first: vec2<u32>) -> f32 {
     } else {
         let difference = clamp(high - low, 0.0, frame.error);
         error = select(AGREED, CURVATURE * difference * difference, difference > 0.0);
-        if breaks_inside(level, first >> vec2(level)) == STEP {
+        if discontinuities_inside(level, first >> vec2(level)) == STEP {
             error = select(STEP_AGREED, STEP_MIXED, difference > 0.0);
         }
     }

@@ -12,7 +12,7 @@ use halflight_core::stages::{Refiner, Visibility};
 use halflight_cpu::bvh::{Bvh, BvhRays};
 use halflight_cpu::pipeline::PipelineError;
 use halflight_cpu::refine::Full;
-use halflight_cpu::voxel::failure::{FailureCounts, failure_map, segments};
+use halflight_cpu::voxel::error_map::{FailureCounts, failure_map, segments};
 use halflight_cpu::voxel::{VoxelConfig, Voxels};
 
 use crate::culled::Culled;
@@ -30,7 +30,7 @@ pub struct Failures {
     /// Mean of what they gain.
     pub false_light: f64,
     /// The failure map of the last light, sRGB, row by row from the top left; see
-    /// [`FailureMap::image`](halflight_cpu::voxel::failure::FailureMap::image).
+    /// [`FailureMap::image`](halflight_cpu::voxel::error_map::FailureMap::image).
     pub image: Vec<[u8; 3]>,
 }
 

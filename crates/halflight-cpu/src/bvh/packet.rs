@@ -5,15 +5,15 @@ use glam::Vec3;
 use super::slab::inverse;
 use crate::simd::{Lanes, Simd};
 
-/// Rays of a bundle.
+/// Rays of a packet.
 pub(crate) const RAYS: usize = 64;
 
-/// Rays of a group: neighbours in a bundle, of which bounds are known.
+/// Rays of a group: neighbours in a packet, of which bounds are known.
 pub(super) const GROUP: usize = 16;
 
 /// Up to 64 rays from one origin.
 #[derive(Clone)]
-pub(crate) struct Bundle {
+pub(crate) struct Packet {
     pub(super) origin: Vec3,
     pub(super) count: usize,
     /// Where shadow rays end.
@@ -27,7 +27,7 @@ pub(crate) struct Bundle {
     pub(super) highs: [Vec3; RAYS / GROUP],
 }
 
-impl Bundle {
+impl Packet {
     pub(crate) fn new() -> Self {
         Self {
             origin: Vec3::ZERO,
@@ -59,7 +59,7 @@ impl Bundle {
         }
     }
 
-    /// Starts anew with shadow rays that stop at the first `count` ends, which [`Bundle::ends_mut`] has been given.
+    /// Starts anew with shadow rays that stop at the first `count` ends, which [`Packet::ends_mut`] has been given.
     #[inline(always)]
     pub(super) fn set_ends<S: Simd>(&mut self, origin: Vec3, count: usize) {
         (self.origin, self.count) = (origin, count.min(RAYS));

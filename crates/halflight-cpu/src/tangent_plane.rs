@@ -2,14 +2,14 @@
 //!
 //! What rises above a point can shadow it at close range, or lies across a step from it; what lies below can do neither. So
 //! a visible fraction may be interpolated over convex surfaces, however curved, and not over concave creases and steps. Grooves
-//! along sharp convex edges are finer than pixels; whoever cannot afford to miss these asks for [`Rise::turns`].
+//! along sharp convex edges are finer than pixels; whoever cannot afford to miss these asks for [`TangentPlanes::turns`].
 
 use glam::Vec3;
 use halflight_core::frame::Frame;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use serde::{Deserialize, Serialize};
 
-use crate::dispatch::multiversion;
+use crate::multiversion::multiversion;
 
 /// Pairs of pixels that are looked at together.
 pub(crate) const RUN: usize = 16;
@@ -17,7 +17,7 @@ pub(crate) const RUN: usize = 16;
 /// How far one point may rise above the other's tangent plane, either way, before nothing is interpolated between them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct RiseLimits {
+pub struct DiscontinuityLimits {
     /// Elevation in degrees: 10, so that a concave crease of 20° parts its sides wherever it is seen, and one of 10° may.
     /// Rounder hollows have no contact shadow that interpolation could lose.
     pub crease_deg: f32,
@@ -26,7 +26,7 @@ pub struct RiseLimits {
     pub step_px: f32,
 }
 
-impl Default for RiseLimits {
+impl Default for DiscontinuityLimits {
     fn default() -> Self {
         Self { crease_deg: 10.0, step_px: 1.0 }
     }
@@ -34,14 +34,14 @@ impl Default for RiseLimits {
 
 /// Compares pixels of a frame.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rise<'a> {
+pub(crate) struct TangentPlanes<'a> {
     gbuffer: &'a GBuffer,
     sine: f32,
     footprint: f32,
 }
 
-impl<'a> Rise<'a> {
-    pub(crate) fn new(frame: &Frame<'a>, limits: &RiseLimits) -> Self {
+impl<'a> TangentPlanes<'a> {
+    pub(crate) fn new(frame: &Frame<'a>, limits: &DiscontinuityLimits) -> Self {
         let half_angle = frame.scene.camera.fov_y_deg.to_radians() * 0.5;
         Self {
             gbuffer: frame.gbuffer,
@@ -65,22 +65,22 @@ impl<'a> Rise<'a> {
 
     /// Whether something parts two pixels that lie `apart` columns or rows from each other.
     #[inline]
-    pub(crate) fn parts(&self, a: usize, b: usize, apart: u32) -> bool {
+    pub(crate) fn is_discontinuity(&self, a: usize, b: usize, apart: u32) -> bool {
         let primitive = &self.gbuffer.primitive;
         // One triangle, or nothing on both sides.
-        primitive[a] != primitive[b] && self.compare(a, b, apart).is_none_or(Rises::parts)
+        primitive[a] != primitive[b] && self.compare(a, b, apart).is_none_or(Elevations::is_discontinuity)
     }
 
     /// Whether two pixels lie on one plane or nearly so, seen from both.
     #[inline]
     pub(crate) fn is_level(&self, a: usize, b: usize, apart: u32) -> bool {
         let primitive = &self.gbuffer.primitive;
-        primitive[a] == primitive[b] || self.compare(a, b, apart).is_some_and(Rises::is_level)
+        primitive[a] == primitive[b] || self.compare(a, b, apart).is_some_and(Elevations::is_level)
     }
 
     /// How two pixels that see different triangles rise above each other; `None` where one of them sees nothing.
     #[inline]
-    fn compare(&self, a: usize, b: usize, apart: u32) -> Option<Rises> {
+    fn compare(&self, a: usize, b: usize, apart: u32) -> Option<Elevations> {
         let GBuffer { position, normal, depth, .. } = self.gbuffer;
         if !self.gbuffer.is_receiver(a) || !self.gbuffer.is_receiver(b) {
             return None;
@@ -90,7 +90,7 @@ impl<'a> Rise<'a> {
         let step = self.footprint * depth[a].min(depth[b]) * apart as f32;
         let rounding = position[a].abs().max_element() * ROUNDING;
         let limit = (self.sine * between.length()).min(step) + rounding;
-        Some(Rises { above_a, above_b, limit, step: step + rounding })
+        Some(Elevations { above_a, above_b, limit, step: step + rounding })
     }
 
     /// What may lie between up to [`RUN`] pairs of neighbours, (a, b), (a + 1, b + 1) and so on.
@@ -112,17 +112,17 @@ impl<'a> Rise<'a> {
         if primitive[a] == primitive[b] {
             return Between::Nothing;
         }
-        let Some(rises) = self.compare(a, b, 1) else { return Between::Step };
-        if !rises.parts() {
+        let Some(elevations) = self.compare(a, b, 1) else { return Between::Step };
+        if !elevations.is_discontinuity() {
             return Between::Nothing;
         }
-        if rises.above_a.max(rises.above_b) > FAR_STEP_PX * rises.step {
+        if elevations.above_a.max(elevations.above_b) > FAR_STEP_PX * elevations.step {
             return Between::Step;
         }
         match (self.side(light, a), self.side(light, b)) {
             (Side::Unlit, Side::Unlit) => Between::Step,
             // Two sides of a crease that both have all of the light before them.
-            (Side::Lit, Side::Lit) if rises.above_a > 0.0 && rises.above_b > 0.0 => Between::Step,
+            (Side::Lit, Side::Lit) if elevations.above_a > 0.0 && elevations.above_b > 0.0 => Between::Step,
             (Side::Lit, Side::Lit) if !self.hides(light, a, b) && !self.hides(light, b, a) => Between::Step,
             _ => Between::Shade,
         }
@@ -178,15 +178,15 @@ impl<'a> Rise<'a> {
 /// Pairs of neighbours, a bit each, lowest first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Suspects {
-    /// [`Rise::between`] finds a step.
+    /// [`TangentPlanes::between`] finds a step.
     pub(crate) steps: u32,
-    /// It may find anything, and [`Rise::turns`] as well: for all others it finds nothing, and they do not turn.
+    /// It may find anything, and [`TangentPlanes::turns`] as well: for all others it finds nothing, and they do not turn.
     pub(crate) others: u32,
 }
 
 multiversion! {
     /// Looks at [`RUN`] pairs.
-    fn suspects(rise: &Rise, a: Run, b: Run, edge: f32) -> Suspects {
+    fn suspects(planes: &TangentPlanes, a: Run, b: Run, edge: f32) -> Suspects {
         let mut differ = 0;
         for lane in 0..RUN {
             differ |= a.seen[lane] ^ b.seen[lane];
@@ -195,7 +195,7 @@ multiversion! {
         if differ == 0 {
             return Suspects::default();
         }
-        let (from, to, up_a, up_b) = (planes(a.position), planes(b.position), planes(a.normal), planes(b.normal));
+        let (from, to, up_a, up_b) = (components(a.position), components(b.position), components(a.normal), components(b.normal));
         let (mut steps, mut others) = ([0u32; RUN], [0u32; RUN]);
         for lane in 0..RUN {
             let (x, y, z) = (to[0][lane] - from[0][lane], to[1][lane] - from[1][lane], to[2][lane] - from[2][lane]);
@@ -203,8 +203,8 @@ multiversion! {
             let above_b = -(up_b[0][lane] * x + up_b[1][lane] * y + up_b[2][lane] * z);
             let largest = from[0][lane].abs().max(from[1][lane].abs()).max(from[2][lane].abs());
             let rounding = largest * ROUNDING;
-            let step = rise.footprint * a.depth[lane].min(b.depth[lane]);
-            let limit = (rise.sine * (x * x + y * y + z * z).sqrt()).min(step) + rounding;
+            let step = planes.footprint * a.depth[lane].min(b.depth[lane]);
+            let limit = (planes.sine * (x * x + y * y + z * z).sqrt()).min(step) + rounding;
             let turn = up_a[0][lane] * up_b[0][lane] + up_a[1][lane] * up_b[1][lane] + up_a[2][lane] * up_b[2][lane];
             let (one, other) = (a.seen[lane], b.seen[lane]);
             let blind = (one == NO_PRIMITIVE) | (other == NO_PRIMITIVE);
@@ -249,7 +249,7 @@ impl<'a> Run<'a> {
 
 /// Coordinates of vectors, each apart.
 #[inline(always)]
-fn planes(vectors: &[Vec3; RUN]) -> [[f32; RUN]; 3] {
+fn components(vectors: &[Vec3; RUN]) -> [[f32; RUN]; 3] {
     let mut planes = [[0.0; RUN]; 3];
     for lane in 0..RUN {
         planes[0][lane] = vectors[lane].x;
@@ -297,7 +297,7 @@ pub(crate) enum Side {
 
 /// Heights above each other's tangent planes, metres.
 #[derive(Clone, Copy)]
-struct Rises {
+struct Elevations {
     above_a: f32,
     above_b: f32,
     /// What parts them.
@@ -306,9 +306,9 @@ struct Rises {
     step: f32,
 }
 
-impl Rises {
+impl Elevations {
     #[inline]
-    fn parts(self) -> bool {
+    fn is_discontinuity(self) -> bool {
         // What is no number is parted.
         self.above_a > self.limit || self.above_b > self.limit || (self.above_a + self.above_b).is_nan()
     }
@@ -332,14 +332,19 @@ mod tests {
     /// Whether two neighbouring pixels are parted: a point of a floor and one a pixel's footprint to its right and `up`
     /// footprints above, whose normal leans to the right by `lean` degrees.
     fn parted(up: f32, lean: f32, edit: impl Fn(&mut GBuffer)) -> bool {
-        compared(up, lean, edit, |rise| {
-            assert_eq!(rise.parts(0, 1, 1), rise.parts(1, 0, 1));
-            rise.parts(0, 1, 1)
+        compared(up, lean, edit, |planes| {
+            assert_eq!(planes.is_discontinuity(0, 1, 1), planes.is_discontinuity(1, 0, 1));
+            planes.is_discontinuity(0, 1, 1)
         })
     }
 
     /// What is said about these two.
-    fn compared<T>(up: f32, lean: f32, edit: impl Fn(&mut GBuffer), ask: impl FnOnce(&Rise) -> T) -> T {
+    fn compared<T>(
+        up: f32,
+        lean: f32,
+        edit: impl Fn(&mut GBuffer),
+        ask: impl FnOnce(&TangentPlanes) -> T,
+    ) -> T {
         let scene = Scene::default();
         let footprint = 2.0 * (scene.camera.fov_y_deg.to_radians() * 0.5).tan();
         let mut gbuffer = GBuffer::default();
@@ -359,7 +364,7 @@ mod tests {
             index: 0,
             seed: 0,
         };
-        ask(&Rise::new(&frame, &RiseLimits::default()))
+        ask(&TangentPlanes::new(&frame, &DiscontinuityLimits::default()))
     }
 
     #[test]
@@ -383,11 +388,11 @@ mod tests {
     #[test]
     fn edges_turn_by_their_angle() {
         let turns =
-            |lean: f32| compared(-1.0, lean, |_| {}, |rise| rise.turns(0, 1, 40f32.to_radians().cos()));
+            |lean: f32| compared(-1.0, lean, |_| {}, |planes| planes.turns(0, 1, 40f32.to_radians().cos()));
         assert!(turns(41.0) && !turns(39.0) && !turns(0.0));
         // Within a triangle normals are those of a smooth surface.
         let smooth = |gbuffer: &mut GBuffer| gbuffer.primitive.fill(7);
-        assert!(!compared(-1.0, 80.0, smooth, |rise| rise.turns(0, 1, 0.8)));
+        assert!(!compared(-1.0, 80.0, smooth, |planes| planes.turns(0, 1, 0.8)));
     }
 
     #[test]
@@ -417,12 +422,12 @@ mod tests {
             let light =
                 LightCorners([Vec3::X, Vec3::Y, Vec3::NEG_X, Vec3::Z].map(|side| side + 2.0 * Vec3::Y));
             let edge = [-2.0, 0.98][seed as usize % 2];
-            compared(0.0, 0.0, fill, |rise| {
-                let all = rise.suspects(0, RUN, RUN, edge);
+            compared(0.0, 0.0, fill, |planes| {
+                let all = planes.suspects(0, RUN, RUN, edge);
                 assert_eq!(all.steps & all.others, 0);
                 for lane in 0..RUN {
                     let (a, b) = (lane, RUN + lane);
-                    let found = (rise.between(&light, a, b), rise.turns(a, b, edge));
+                    let found = (planes.between(&light, a, b), planes.turns(a, b, edge));
                     if all.steps >> lane & 1 != 0 {
                         steps += 1;
                         assert_eq!(found.0, Between::Step);
@@ -435,8 +440,8 @@ mod tests {
                     }
                 }
                 // Fewer than a run are all to be looked at, and so are those at the end of the image.
-                assert_eq!(rise.suspects(0, RUN, 3, edge), Suspects { steps: 0, others: 7 });
-                assert_eq!(rise.suspects(RUN + 1, RUN + 2, RUN - 1, edge).others, (1 << (RUN - 1)) - 1);
+                assert_eq!(planes.suspects(0, RUN, 3, edge), Suspects { steps: 0, others: 7 });
+                assert_eq!(planes.suspects(RUN + 1, RUN + 2, RUN - 1, edge).others, (1 << (RUN - 1)) - 1);
             });
         }
         assert!(steps > 500 && others > 500 && nothing > 500, "{steps} {others} {nothing}");

@@ -1,5 +1,5 @@
 // Keeps the cells that can be interpolated over and splits the others, by their corners' visible fractions.
-//@ needs shared/children shared/fractions shared/inside shared/place
+//@ needs shared/children shared/fractions shared/inside shared/representative
 
 @compute @workgroup_size(8, 8)
 fn judge(@builtin(global_invocation_id) at: vec3<u32>) {
@@ -21,7 +21,7 @@ fn judge(@builtin(global_invocation_id) at: vec3<u32>) {
 fn holds(cell: vec2<u32>) -> bool {
     let corners = corners_of(frame.level, cell);
     let found = corner_fractions(corners);
-    if breaks_inside(frame.level, cell) == STEP {
+    if discontinuities_inside(frame.level, cell) == STEP {
         return holds_step(corners, found);
     }
     let missing = dot(vec4<u32>(found < vec4(0.0)), vec4(1u));
@@ -38,7 +38,7 @@ fn holds(cell: vec2<u32>) -> bool {
 
 // Whether the parent's corners had foretold this cell's.
 fn is_foretold(cell: vec2<u32>, corners: Corners, found: vec4<f32>) -> bool {
-    if frame.level >= frame.coarsest || breaks_inside(frame.level + 1u, cell / 2u) != NOTHING {
+    if frame.level >= frame.coarsest || discontinuities_inside(frame.level + 1u, cell / 2u) != NOTHING {
         return false;
     }
     let parent = corners_of(frame.level + 1u, cell / 2u);

@@ -1,12 +1,12 @@
-//! Primary rays: the closest hits of a bundle.
+//! Primary rays: the closest hits of a packet.
 
 use std::cmp::Ordering;
 
 use glam::Vec3;
 
 use super::Bvh;
-use super::bundle::{Bundle, RAYS};
 use super::layout::Child;
+use super::packet::{Packet, RAYS};
 use super::slab::Shaft;
 use super::stack::{STACK, push_sorted};
 use crate::occluder::{Targets, Vector, exact};
@@ -15,7 +15,7 @@ use crate::simd::{Lanes, Simd};
 /// Bound on the relative error of a parameter that was rounded to single precision.
 const ROUNDED: f32 = 1.0 / 4_194_304.0;
 
-/// The closest hit of every ray of a bundle.
+/// The closest hit of every ray of a packet.
 pub(crate) struct Hits {
     /// Ray parameters; infinite for a miss.
     pub(crate) t: [f32; RAYS],
@@ -57,15 +57,15 @@ fn farthest<L: Lanes>(t: &[f32; RAYS], count: usize) -> f32 {
 }
 
 impl Bvh {
-    /// Finds the closest triangle that each ray of a finished bundle meets, as [`exact::Ray`] decides it. Of several that
+    /// Finds the closest triangle that each ray of a finished packet meets, as [`exact::Ray`] decides it. Of several that
     /// a ray meets in the same point, which lie in one plane or touch there, the one with the lowest index counts.
     #[inline(always)]
-    pub(crate) fn nearest<S: Simd>(&self, bundle: &Bundle, stack: &mut [(u32, f32); STACK], hits: &mut Hits) {
+    pub(crate) fn nearest<S: Simd>(&self, packet: &Packet, stack: &mut [(u32, f32); STACK], hits: &mut Hits) {
         *hits = Hits::new();
-        if self.nodes.is_empty() || bundle.count == 0 {
+        if self.nodes.is_empty() || packet.count == 0 {
             return;
         }
-        let shaft = Shaft::new(bundle.origin, bundle.low, bundle.high);
+        let shaft = Shaft::new(packet.origin, packet.low, packet.high);
         let mut targets = Targets::new();
         let mut end = f32::INFINITY;
         stack[0] = (0, 0.0);
@@ -84,8 +84,8 @@ impl Bvh {
                     waiting = push_sorted(node, mask & node.occupied(), enter, stack, waiting);
                 }
                 Child::Block(index) => {
-                    if self.nearest_in_block::<S>(index, bundle, &mut targets, hits) {
-                        end = farthest::<S::Wide>(&hits.most, bundle.count) * (1.0 + ROUNDED);
+                    if self.nearest_in_block::<S>(index, packet, &mut targets, hits) {
+                        end = farthest::<S::Wide>(&hits.most, packet.count) * (1.0 + ROUNDED);
                     }
                 }
             }
@@ -106,22 +106,22 @@ impl Bvh {
     fn nearest_in_block<S: Simd>(
         &self,
         index: u32,
-        bundle: &Bundle,
+        packet: &Packet,
         targets: &mut Targets,
         hits: &mut Hits,
     ) -> bool {
         let block = &self.blocks[index as usize];
-        let mut within = targets.set::<S::Eight>(block, bundle.origin, bundle.low, bundle.high);
+        let mut within = targets.set::<S::Eight>(block, packet.origin, packet.low, packet.high);
         let width = S::Wide::WIDTH;
         let mut any = false;
         while within != 0 {
             let lane = within.trailing_zeros() as usize;
             within &= within - 1;
             let target = targets.target::<S::Wide>(lane);
-            for at in (0..bundle.count).step_by(width) {
+            for at in (0..packet.count).step_by(width) {
                 let (least, most) = (S::Wide::load(&hits.least[at..]), S::Wide::load(&hits.most[at..]));
-                let found = target.find(Vector::load(&bundle.d, at), least, most);
-                let valid = ((1u64 << (bundle.count - at).min(width)) - 1) as u32;
+                let found = target.find(Vector::load(&packet.d, at), least, most);
+                let valid = ((1u64 << (packet.count - at).min(width)) - 1) as u32;
                 let may = found.may & valid;
                 if may == 0 {
                     continue;
@@ -144,7 +144,7 @@ impl Bvh {
                 while open != 0 {
                     let ray = at + open.trailing_zeros() as usize;
                     open &= open - 1;
-                    self.decide(bundle, ray, place, hits);
+                    self.decide(packet, ray, place, hits);
                 }
             }
         }
@@ -154,10 +154,10 @@ impl Bvh {
     /// Decides in exact arithmetic whether a triangle is closer than a ray's closest hit so far.
     #[cold]
     #[inline(never)]
-    fn decide(&self, bundle: &Bundle, number: usize, place: u32, hits: &mut Hits) {
+    fn decide(&self, packet: &Packet, number: usize, place: u32, hits: &mut Hits) {
         let at = |place: u32| (&self.blocks[(place >> 3) as usize], (place & 7) as usize);
         let (block, lane) = at(place);
-        let ray = exact::Ray { origin: bundle.origin, d: bundle.direction(number) };
+        let ray = exact::Ray { origin: packet.origin, d: packet.direction(number) };
         let (corners, triangle) = (block.triangle_corners(lane), block.triangle(lane));
         if !ray.meets(corners) {
             return;

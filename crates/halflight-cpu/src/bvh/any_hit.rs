@@ -1,14 +1,14 @@
 //! Shadow rays: all rays of one receiver, or to one light sample, at once.
 //!
-//! The bundle goes through the hierarchy as a whole: the first nodes are entered when any ray between the bounds of its
+//! The packet goes through the BVH as a whole: the first nodes are entered when any ray between the bounds of its
 //! directions might enter them, later ones by the rays whose own box tests pass. At a block the planes of eight triangles
 //! are set up once for all rays, triangles out of reach of each group of 16 rays are dropped, and those that stay meet the
 //! rays a vector at a time. Where few rays are left, each is tested by itself against eight boxes or eight triangles at
 //! once. Children are taken in the order of their slots: any hit will do, and order gains less than it costs.
 
 use super::Bvh;
-use super::bundle::{Bundle, GROUP, RAYS};
 use super::layout::{Child, Node};
+use super::packet::{GROUP, Packet, RAYS};
 use super::slab::{Shaft, enters};
 use super::stack::Stacks;
 use crate::occluder::{Block, Facets, Planes, Spokes, Vector, exact};
@@ -17,7 +17,7 @@ use crate::simd::{Kernel, Lanes, Simd};
 /// Rays so few that each is tested against a node's eight boxes at once, instead of each box against vectors of rays.
 const FEW: u32 = 8;
 
-/// Nodes that a bundle enters as a whole before its rays have box tests of their own.
+/// Nodes that a packet enters as a whole before its rays have box tests of their own.
 const COARSE: u32 = 3;
 
 /// Rays so few that each is tested against a block's eight triangles at once, instead of each triangle against vectors of rays.
@@ -30,19 +30,19 @@ fn first(count: usize) -> u64 {
 }
 
 impl Bvh {
-    /// Which rays of a finished bundle meet a triangle at 0 < t < 1.
+    /// Which rays of a finished packet meet a triangle at 0 < t < 1.
     #[inline(always)]
-    pub(super) fn occluded<S: Simd>(&self, bundle: &Bundle, stacks: &mut Stacks) -> u64 {
-        S::call(Occluded { bvh: self, bundle, stacks })
+    pub(super) fn occluded<S: Simd>(&self, packet: &Packet, stacks: &mut Stacks) -> u64 {
+        S::call(Occluded { bvh: self, packet, stacks })
     }
 
     #[inline(always)]
-    fn whole<S: Simd>(&self, bundle: &Bundle, stacks: &mut Stacks) -> u64 {
-        if self.nodes.is_empty() || bundle.count == 0 {
+    fn whole<S: Simd>(&self, packet: &Packet, stacks: &mut Stacks) -> u64 {
+        if self.nodes.is_empty() || packet.count == 0 {
             return 0;
         }
-        let shaft = Shaft::new(bundle.origin, bundle.low, bundle.high);
-        let all = first(bundle.count);
+        let shaft = Shaft::new(packet.origin, packet.low, packet.high);
+        let all = first(packet.count);
         let mut alive = all;
         let mut budget = COARSE;
         stacks.split[0] = (0, alive);
@@ -59,7 +59,7 @@ impl Bvh {
             budget = budget.saturating_sub(1);
             let few = rays.count_ones() <= FEW;
             let (mask, by_slot) = if few {
-                entered_by_rays::<S>(node, bundle, rays)
+                entered_by_rays::<S>(node, packet, rays)
             } else {
                 let (low, high) = node.bounds::<S::Eight>();
                 (shaft.enters(low, high, 1.0).0 & node.occupied(), 0)
@@ -75,7 +75,7 @@ impl Bvh {
                         } else if coarse {
                             rays
                         } else {
-                            entered::<S>(node, slot, bundle, rays)
+                            entered::<S>(node, slot, packet, rays)
                         };
                         if inside != 0 {
                             stacks.split[waiting] = (child, inside);
@@ -86,11 +86,11 @@ impl Bvh {
                         let inside = if few {
                             S::deposit(by_slot >> (8 * slot) & 0xff, rays) & alive
                         } else {
-                            entered::<S>(node, slot, bundle, rays & alive)
+                            entered::<S>(node, slot, packet, rays & alive)
                         };
                         if inside != 0 {
                             alive =
-                                self.shadow_block::<S>(&self.blocks[child as usize], bundle, alive, inside);
+                                self.shadow_block::<S>(&self.blocks[child as usize], packet, alive, inside);
                         }
                     }
                 }
@@ -104,10 +104,10 @@ impl Bvh {
 
     /// The same, one ray after another.
     #[inline(always)]
-    pub(super) fn occluded_singly<S: Simd>(&self, bundle: &Bundle, stacks: &mut Stacks) -> u64 {
+    pub(super) fn occluded_singly<S: Simd>(&self, packet: &Packet, stacks: &mut Stacks) -> u64 {
         let mut occluded = 0;
-        for ray in 0..bundle.count {
-            let hit = self.occludes::<S>(0, bundle.origin, bundle.end(ray), &mut stacks.single);
+        for ray in 0..packet.count {
+            let hit = self.occludes::<S>(0, packet.origin, packet.end(ray), &mut stacks.single);
             occluded |= u64::from(hit) << ray;
         }
         occluded
@@ -118,17 +118,17 @@ impl Bvh {
     /// Few rays are tested one by one. For many, the planes of the triangles are set up once, triangles out of a group's
     /// reach are dropped, and each that is left is tested against vectors of rays.
     #[inline(always)]
-    fn shadow_block<S: Simd>(&self, block: &Block, bundle: &Bundle, alive: u64, rays: u64) -> u64 {
-        let reach = bundle.low.abs().max(bundle.high.abs());
+    fn shadow_block<S: Simd>(&self, block: &Block, packet: &Packet, alive: u64, rays: u64) -> u64 {
+        let reach = packet.low.abs().max(packet.high.abs());
         if rays.count_ones() <= DIRECT {
-            return alive & !hidden_by_rays::<S>(block, Vector::splat(reach), bundle, rays);
+            return alive & !hidden_by_rays::<S>(block, Vector::splat(reach), packet, rays);
         }
-        let facets = Facets::<S::Eight>::new(block, bundle.origin, Vector::splat(reach));
+        let facets = Facets::<S::Eight>::new(block, packet.origin, Vector::splat(reach));
         let mut within = [0u32; RAYS / GROUP];
         let mut any = 0;
         for (group, within) in within.iter_mut().enumerate() {
             if (rays >> (group * GROUP)) as u16 != 0 {
-                let (low, high) = (Vector::splat(bundle.lows[group]), Vector::splat(bundle.highs[group]));
+                let (low, high) = (Vector::splat(packet.lows[group]), Vector::splat(packet.highs[group]));
                 *within = facets.reachable(low, high);
                 any |= *within;
             }
@@ -136,22 +136,22 @@ impl Bvh {
         if any == 0 {
             return alive;
         }
-        alive & !hidden_by_triangles::<S>(block, &facets, any, &within, bundle, rays)
+        alive & !hidden_by_triangles::<S>(block, &facets, any, &within, packet, rays)
     }
 }
 
 /// The children that up to eight rays enter, and a byte for each child with a bit for each of the rays that do.
 #[inline(always)]
-fn entered_by_rays<S: Simd>(node: &Node, bundle: &Bundle, rays: u64) -> (u32, u64) {
+fn entered_by_rays<S: Simd>(node: &Node, packet: &Packet, rays: u64) -> (u32, u64) {
     let (low, high) = node.bounds::<S::Eight>();
-    let (origin, end) = (Vector::<S::Eight>::splat(bundle.origin), S::Eight::splat(1.0));
+    let (origin, end) = (Vector::<S::Eight>::splat(packet.origin), S::Eight::splat(1.0));
     let (mut rows, mut shift) = (0u64, 0);
     let mut left = rays;
     while left != 0 {
         let ray = left.trailing_zeros() as usize;
         left &= left - 1;
         let children =
-            enters(low, high, origin, Vector::broadcast(&bundle.inverse, ray), end).0 & node.occupied();
+            enters(low, high, origin, Vector::broadcast(&packet.inverse, ray), end).0 & node.occupied();
         rows |= u64::from(children) << shift;
         shift += 8;
     }
@@ -176,14 +176,14 @@ fn transposed(mut bits: u64) -> u64 {
 
 /// The rays out of `rays` that enter a node's child.
 #[inline(always)]
-fn entered<S: Simd>(node: &Node, slot: usize, bundle: &Bundle, rays: u64) -> u64 {
-    let (origin, end) = (Vector::<S::Wide>::splat(bundle.origin), S::Wide::splat(1.0));
+fn entered<S: Simd>(node: &Node, slot: usize, packet: &Packet, rays: u64) -> u64 {
+    let (origin, end) = (Vector::<S::Wide>::splat(packet.origin), S::Wide::splat(1.0));
     let (low, high) = node.child_bounds::<S::Wide>(slot);
     let mut inside = 0;
-    for at in (0..bundle.count).step_by(S::Wide::WIDTH) {
+    for at in (0..packet.count).step_by(S::Wide::WIDTH) {
         let some = (rays >> at) as u32 & S::Wide::ALL;
         if some != 0 {
-            let inverse = Vector::load(&bundle.inverse, at);
+            let inverse = Vector::load(&packet.inverse, at);
             inside |= u64::from(some & enters(low, high, origin, inverse, end).0) << at;
         }
     }
@@ -192,18 +192,18 @@ fn entered<S: Simd>(node: &Node, slot: usize, bundle: &Bundle, rays: u64) -> u64
 
 /// The rays out of `rays` that meet one of some triangles, a ray at a time.
 #[inline(always)]
-fn hidden_by_rays<S: Simd>(block: &Block, reach: Vector<S::Eight>, bundle: &Bundle, rays: u64) -> u64 {
-    let spokes = Spokes::new(block, bundle.origin, reach);
+fn hidden_by_rays<S: Simd>(block: &Block, reach: Vector<S::Eight>, packet: &Packet, rays: u64) -> u64 {
+    let spokes = Spokes::new(block, packet.origin, reach);
     let (mut hidden, mut unsure) = (0, 0);
     let mut left = rays;
     while left != 0 {
         let ray = left.trailing_zeros() as usize;
         left &= left - 1;
-        let (may, surely) = spokes.shadow(Vector::broadcast(&bundle.d, ray));
+        let (may, surely) = spokes.shadow(Vector::broadcast(&packet.d, ray));
         hidden |= u64::from(surely != 0) << ray;
         unsure |= u64::from(may & !surely != 0) << ray;
     }
-    hidden | decide(block, block.occupied(), bundle, unsure & !hidden)
+    hidden | decide(block, block.occupied(), packet, unsure & !hidden)
 }
 
 /// The rays out of `rays` that meet one of some triangles, each of which may be met by the groups that have it `within` reach.
@@ -213,7 +213,7 @@ fn hidden_by_triangles<S: Simd>(
     facets: &Facets<S::Eight>,
     mut triangles: u32,
     within: &[u32; RAYS / GROUP],
-    bundle: &Bundle,
+    packet: &Packet,
     rays: u64,
 ) -> u64 {
     let mut planes = Planes::new();
@@ -223,39 +223,39 @@ fn hidden_by_triangles<S: Simd>(
         let lane = triangles.trailing_zeros() as usize;
         triangles &= triangles - 1;
         let facet = planes.facet::<S::Wide>(lane);
-        for at in (0..bundle.count).step_by(S::Wide::WIDTH) {
+        for at in (0..packet.count).step_by(S::Wide::WIDTH) {
             if within[at / GROUP] >> lane & 1 == 0 {
                 continue;
             }
-            let (may, surely) = facet.shadow(Vector::load(&bundle.d, at));
+            let (may, surely) = facet.shadow(Vector::load(&packet.d, at));
             left &= !(u64::from(surely & may) << at);
             unsure |= u64::from(may & !surely) << at;
         }
     }
-    rays & !left | decide(block, all, bundle, unsure & left)
+    rays & !left | decide(block, all, packet, unsure & left)
 }
 
 /// The rays out of `rays` that meet one of some triangles, in exact arithmetic.
 #[inline(always)]
-fn decide(block: &Block, triangles: u32, bundle: &Bundle, rays: u64) -> u64 {
-    if rays == 0 { 0 } else { decide_some(block, triangles, bundle, rays) }
+fn decide(block: &Block, triangles: u32, packet: &Packet, rays: u64) -> u64 {
+    if rays == 0 { 0 } else { decide_some(block, triangles, packet, rays) }
 }
 
 #[cold]
 #[inline(never)]
-fn decide_some(block: &Block, triangles: u32, bundle: &Bundle, rays: u64) -> u64 {
+fn decide_some(block: &Block, triangles: u32, packet: &Packet, rays: u64) -> u64 {
     let meets = |ray: usize| {
         (0..8)
             .filter(|lane| triangles >> lane & 1 != 0)
-            .any(|lane| exact::meets(bundle.origin, bundle.end(ray), block.triangle_corners(lane)))
+            .any(|lane| exact::meets(packet.origin, packet.end(ray), block.triangle_corners(lane)))
     };
     (0..RAYS).filter(|&ray| rays >> ray & 1 != 0 && meets(ray)).fold(0, |hidden, ray| hidden | 1 << ray)
 }
 
-/// A bundle on its way through the hierarchy.
+/// A packet on its way through the BVH.
 struct Occluded<'a> {
     bvh: &'a Bvh,
-    bundle: &'a Bundle,
+    packet: &'a Packet,
     stacks: &'a mut Stacks,
 }
 
@@ -264,6 +264,6 @@ impl Kernel for Occluded<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> u64 {
-        self.bvh.whole::<S>(self.bundle, self.stacks)
+        self.bvh.whole::<S>(self.packet, self.stacks)
     }
 }

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use super::{Lattice, NONE, Square, Verdict, View};
 use crate::corners::Corners;
-use crate::refine::place::{cell_rect, faces_away};
-use crate::rise::Between;
+use crate::refine::representative::{cell_rect, faces_away};
+use crate::tangent_plane::Between;
 
 impl Lattice {
     pub(super) fn keep(&mut self, gbuffer: &GBuffer, cell: Square, verdict: Verdict) {
@@ -19,16 +19,16 @@ impl Lattice {
             self.owners[row].fill(self.kept.len() as u32);
         }
         // Until cells are first compared all masks are recent; later ones have neighbours that are not.
-        self.suspected.push(AtomicBool::new(self.mending));
+        self.suspected.push(AtomicBool::new(self.closing_cracks));
         self.kept.push(Some((cell, verdict)));
     }
 
     /// Whether a cell whose corners are known can be interpolated over.
-    pub(super) fn holds(&self, view: &View, cell: Square) -> bool {
+    pub(super) fn passes_split_test(&self, view: &View, cell: Square) -> bool {
         let corners = cell.corners(view.gbuffer);
         let found = corners.pixels().map(|pixel| self.fraction(pixel));
-        if self.breaks.inside(cell.level, cell.x, cell.y) == Between::Step {
-            return self.holds_step(view, cell.level, &corners, &found);
+        if self.discontinuities.inside(cell.level, cell.x, cell.y) == Between::Step {
+            return self.passes_step_test(view, cell.level, &corners, &found);
         }
         match found.iter().filter(|fraction| fraction.is_nan()).count() {
             0 => {}
@@ -48,7 +48,7 @@ impl Lattice {
         }
         let parent = Square { level: cell.level + 1, x: cell.x / 2, y: cell.y / 2 };
         if cell.level >= self.top()
-            || self.breaks.inside(parent.level, parent.x, parent.y) != Between::Nothing
+            || self.discontinuities.inside(parent.level, parent.x, parent.y) != Between::Nothing
         {
             return false;
         }
@@ -56,7 +56,7 @@ impl Lattice {
         let known = parent.pixels().map(|pixel| self.fraction(pixel));
         corners.places().into_iter().zip(found).all(|((x, y), fraction)| {
             // Without a fraction at the parent's corners there is no prediction, and the comparison fails.
-            (parent.interpolate(&view.rise, &known, x, y) - fraction).abs() <= tolerance
+            (parent.interpolate(&view.planes, &known, x, y) - fraction).abs() <= tolerance
         })
     }
 
@@ -79,14 +79,18 @@ impl Lattice {
 
     /// Whether a cell across a step can be interpolated over: corners on one surface agree, and one that is alone on its own
     /// sees all of the light or nothing.
-    fn holds_step(&self, view: &View, level: u8, corners: &Corners, found: &[f32; 4]) -> bool {
+    fn passes_step_test(&self, view: &View, level: u8, corners: &Corners, found: &[f32; 4]) -> bool {
         let (pixels, places) = (corners.pixels(), corners.places());
         let tolerance = self.tolerance(corners);
         (0..4).filter(|&one| view.gbuffer.is_receiver(pixels[one])).all(|one| {
             let mut alone = true;
             for other in (0..4).filter(|&other| pixels[other] != pixels[one]) {
                 let ((x0, y0), (x1, y1)) = (places[one], places[other]);
-                if view.rise.parts(pixels[one], pixels[other], x0.abs_diff(x1).max(y0.abs_diff(y1))) {
+                if view.planes.is_discontinuity(
+                    pixels[one],
+                    pixels[other],
+                    x0.abs_diff(x1).max(y0.abs_diff(y1)),
+                ) {
                     continue;
                 }
                 alone = false;
@@ -113,14 +117,14 @@ impl Lattice {
             if found.is_nan() || x >= x0 && y >= y0 && found - low <= error && high - found <= error {
                 return true;
             }
-            let expected = corners.interpolate(&view.rise, &known, x, y);
+            let expected = corners.interpolate(&view.planes, &known, x, y);
             // Without corners on the pixel's surface there is nothing to compare with.
             expected.is_nan() || (found - expected).abs() <= error
         })
     }
 
     /// Splits kept cells that their neighbours contradict; whether there were any.
-    pub(super) fn mend(&mut self, view: &View) -> bool {
+    pub(super) fn close_cracks(&mut self, view: &View) -> bool {
         self.suspect(view.gbuffer);
         let (mut verdicts, suspects) =
             (std::mem::take(&mut self.verdicts), std::mem::take(&mut self.suspects));
@@ -166,7 +170,7 @@ impl Lattice {
             (0..).zip(suspected).filter_map(|(place, flag)| std::mem::take(flag.get_mut()).then_some(place));
         suspects.extend(marked);
         recent.clear();
-        self.mending = true;
+        self.closing_cracks = true;
     }
 }
 

@@ -1,5 +1,5 @@
 // Keeps the rendered cells that are good enough and passes the children of the others on.
-//@ needs shared/at_hand shared/children shared/pyramid shared/query
+//@ needs shared/query_batch shared/children shared/pyramid shared/query
 //@ writes queries
 
 // Refine the neighbours of refined cells too, diagonal ones included.

@@ -1,4 +1,4 @@
-// All queries at hand are answered.
+// The queries of a batch: all from the first to the last are answered.
 //@ needs shared/counters
 
 fn query_of(number: u32) -> u32 {
