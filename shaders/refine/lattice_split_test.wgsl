@@ -33,11 +33,11 @@ fn holds(cell: vec2<u32>) -> bool {
     }
     let low = min(min(found.x, found.y), min(found.z, found.w));
     let high = max(max(found.x, found.y), max(found.z, found.w));
-    return high - low <= frame.error || is_foretold(cell, corners, found);
+    return high - low <= frame.error || is_predicted(cell, corners, found);
 }
 
-// Whether the parent's corners had foretold this cell's.
-fn is_foretold(cell: vec2<u32>, corners: Corners, found: vec4<f32>) -> bool {
+// Whether the parent's corners had predicted this cell's.
+fn is_predicted(cell: vec2<u32>, corners: Corners, found: vec4<f32>) -> bool {
     if frame.level >= frame.coarsest || discontinuities_inside(frame.level + 1u, cell / 2u) != NOTHING {
         return false;
     }

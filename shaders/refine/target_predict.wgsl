@@ -1,5 +1,5 @@
 // Expected squared error of the irradiance that one light adds, by luminance: by what the masks at the corners of cells show
-// (halflight-cpu/src/refine/lattice/foretell.rs).
+// (halflight-cpu/src/refine/lattice/error_estimate.rs).
 //@ needs shared/fractions shared/inside shared/tiles shared/unshadowed
 //@ reads owners
 

@@ -139,7 +139,7 @@ impl<'a> TangentPlanes<'a> {
     #[inline]
     pub(crate) fn side(&self, light: &LightCorners, pixel: usize) -> Side {
         let (position, normal) = (self.gbuffer.position[pixel], self.gbuffer.normal[pixel]);
-        // All corners are compared, since it is not foretold which one decides.
+        // All corners are compared, since any of them may decide.
         let (mut lit, mut unlit) = (true, true);
         for corner in light.0 {
             let height = normal.dot(corner - position);

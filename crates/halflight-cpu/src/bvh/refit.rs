@@ -9,7 +9,7 @@ use super::{Bvh, BvhError, Extent};
 
 /// A refitted BVH that costs more than this many times what it did is not worth having.
 ///
-/// Measured on atrium, toys and tree, bent, twisted, waved, and torn into runs of triangles carried off in different
+/// Measured on atrium, toys and tree, bent, twisted, waved, and broken into runs of triangles carried off in different
 /// directions: a cost grown less than twice was at most 1.5 times that of a new BVH, and rays took at most 1.5
 /// times as long; a cost grown 3 to 22 times by tearing made rays 1.4 to 7 times slower. Twisting alone makes new
 /// BVHs as costly as old ones: there a new one gains nothing, and takes some fifteen times as long as a refit.

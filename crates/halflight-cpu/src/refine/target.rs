@@ -352,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn the_noise_of_edges_is_foretold() {
+    fn the_noise_of_edges_is_predicted() {
         for side in [4, 8, 16] {
             for slope in [0.0, 0.4, 0.9] {
                 let (mut expected, mut found) = (0.0, 0.0);

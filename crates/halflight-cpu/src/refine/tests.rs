@@ -274,7 +274,7 @@ fn the_lattice_shares_corners_and_refines_what_it_cannot_predict() {
     assert_eq!((levels[100], levels[50], levels[200]), (0, 4, 4));
     fractions(&floor, &edge);
 
-    // A penumbra of 128 pixels: 16 of them differ by an eighth and are not trusted at once, but as they foretell what lies
+    // A penumbra of 128 pixels: 16 of them differ by an eighth and are not trusted at once, but as they predict what lies
     // between them, 8 are.
     let ramp = |x: u32, _: u32| first((x / 2).saturating_sub(32));
     let (penumbra, _) = floor.refine(&mut Lattice::new(coarse), ramp);

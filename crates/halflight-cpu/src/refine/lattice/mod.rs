@@ -105,7 +105,7 @@ enum Verdict {
 /// Quadtree cells with full masks at pixel-centred corners, each traced once and shared by all cells and levels.
 ///
 /// The visible fraction `F` is smooth over most of a penumbra and does not know normals. A cell is kept, to be interpolated
-/// over, when its corners' `F` differ by no more than [`LatticeConfig::error`], or when the parent's corners had foretold
+/// over, when its corners' `F` differ by no more than [`LatticeConfig::error`], or when the parent's corners had predicted
 /// them that well. It is split where its corners turn from the lit to the unlit side of the light, and at concave creases
 /// and low steps where one side may shade the other, since contact shadows live there (see [`DiscontinuityLimits`]). Along other
 /// steps, silhouettes and creases cells of up to 4 × 4 pixels are kept where each of their pixels has a corner on its own
