@@ -21,6 +21,7 @@ const RETIRED_FILES: &[&str] = &[
     "further",
     "failure",
     "lattice_look",
+    "seams",
     "lattice_ask",
     "lattice_judge",
     "lattice_mend",

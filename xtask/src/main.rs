@@ -11,7 +11,7 @@ cargo xtask TASK
   gpu-bench [--scene NAME-OR-PATH]… [--quick] [--out DIR]
       the experiment `gpu` on the GPU: every stage that it has, stage by stage. Built once with
       `cargo build --release -p halflight-lab --features gpu`, it starts what is built and needs no network
-  ablate stability [--case NAME] [--quick] [--out DIR]
+  ablate robustness [--case NAME] [--quick] [--out DIR]
       every combination of stages in awkward cases: what passes, is degraded or fails, why, and what mends it; fails
       where a picture is not finite, negative or not there
   exactness [--scene NAME-OR-PATH]… [--pairs N] [--brute-force N] [--certificates N] [--seed N] [--out DIR]

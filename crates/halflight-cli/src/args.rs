@@ -26,12 +26,12 @@ Examples:
   halflight compare image.exr truth.exr --error-map error.png";
 
 const RENDER_EXAMPLES: &str = "\
-Without --out, --png, --fragment-map, --failure-map and --stats, the picture is written to SCENE.png in the current folder.
+Without --out, --png, --fragment-map, --voxel-error-map and --stats, the picture is written to SCENE.png in the current folder.
 
 Examples:
   halflight render nave --upsampler delaunay --png nave.png --fragment-map fragments.png
   halflight render atrium --refiner full --samples 256 --shading sampled --out truth.exr
-  halflight render atrium --visibility voxel --refiner full --failure-map failures.png
+  halflight render atrium --visibility voxel --refiner full --voxel-error-map failures.png
   halflight render atrium --refiner sfvt-gass --set refiner.coarse_threshold=4 --set sampling.kind=grid
   halflight render --refiner nichols --print-config > nichols.toml    every constant, to edit
   halflight render atrium --config nichols.toml
@@ -121,9 +121,9 @@ pub(crate) struct Render {
     /// Picture of the receivers that voxel marching gets wrong by more than a tenth of the light, a colour a cause: red and
     /// yellow too dark, by the receiver's own voxels or others; blue and green too bright, by what is out of view or
     /// missed. Needs --visibility voxel and --refiner full. The picture is of the last light, counts are of all.
-    #[arg(long, value_name = "F.png", help_heading = "Output")]
-    pub(crate) failure_map: Option<PathBuf>,
-    /// Configuration, fragments, rays and times as JSON; with --failure-map, counts of failures.
+    #[arg(long, alias = "failure-map", value_name = "F.png", help_heading = "Output")]
+    pub(crate) voxel_error_map: Option<PathBuf>,
+    /// Configuration, fragments, rays and times as JSON; with --voxel-error-map, counts of failures.
     #[arg(long, value_name = "F.json", help_heading = "Output")]
     pub(crate) stats: Option<PathBuf>,
     /// Print the configuration that the options make, as TOML, and stop.
@@ -141,7 +141,7 @@ impl Render {
             ("--out", &self.out),
             ("--png", &self.png),
             ("--fragment-map", &self.fragment_map),
-            ("--failure-map", &self.failure_map),
+            ("--voxel-error-map", &self.voxel_error_map),
             ("--stats", &self.stats),
         ];
         options.into_iter().filter_map(|(option, path)| Some((option, path.clone()?))).collect()

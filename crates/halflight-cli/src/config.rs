@@ -7,6 +7,14 @@ use serde_json::{Map, Value, json};
 
 use crate::args::Choices;
 
+/// Keys of version 0.1 that are still read, and what they are called now.
+const OLD_KEYS: &[(&str, &str)] = &[("rise", "discontinuity")];
+
+/// Returns a key's name today.
+fn todays(key: &str) -> &str {
+    OLD_KEYS.iter().find(|(old, _)| *old == key).map_or(key, |(_, new)| new)
+}
+
 /// The configuration that the options make.
 ///
 /// # Errors
@@ -168,7 +176,8 @@ impl Layered {
         match (known, layer) {
             (Some(known), Value::Object(layer)) => {
                 for (key, value) in layer {
-                    if !known.contains(key) {
+                    let key = if known.contains(key) { key } else { todays(key) };
+                    if !known.iter().any(|known| known == key) {
                         let of = if name.is_empty() { "" } else { " of " };
                         return Err(format!(
                             "unknown key {key}{of}{name}, expected one of {}",

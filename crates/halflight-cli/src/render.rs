@@ -109,7 +109,7 @@ pub(crate) fn run(mut args: Render) -> Outcome {
     }
     // The command line asks for a scene wherever it gets here.
     let name = &args.scene.clone().unwrap_or_default();
-    let voxels = args.failure_map.as_ref().map(|_| voxel_errors::voxels(&config)).transpose()?;
+    let voxels = args.voxel_error_map.as_ref().map(|_| voxel_errors::voxels(&config)).transpose()?;
     if args.outputs().is_empty() {
         args.png = Some(PathBuf::from(format!("{}.png", scene::stem(name))));
     }
@@ -117,8 +117,8 @@ pub(crate) fn run(mut args: Render) -> Outcome {
     let first = args.frames.as_ref().map(|frames| Moment::numbered(frames.start));
     let mut job = Job { args: &args, inputs, name, config, voxels, build_ms: 0.0 };
     job.check(first)?;
-    if args.choices.device != "cpu" && (args.frames.is_some() || args.failure_map.is_some()) {
-        return Err("--frames and --failure-map are for the CPU: leave out --device".into());
+    if args.choices.device != "cpu" && (args.frames.is_some() || args.voxel_error_map.is_some()) {
+        return Err("--frames and --voxel-error-map are for the CPU: leave out --device".into());
     }
     let ready = scene::load(name)?;
     job.build_ms = ready.bvh.build_time().as_secs_f64() * 1e3;
@@ -167,7 +167,7 @@ impl Job<'_> {
             "cpu" => self.config.bytes_needed(),
             _ => pixels.saturating_mul(DOWNLOADED),
         };
-        let outputs = [(args.out.is_some(), LAYERS), (args.failure_map.is_some(), FAILURES)];
+        let outputs = [(args.out.is_some(), LAYERS), (args.voxel_error_map.is_some(), FAILURES)];
         let bytes: u64 = outputs.iter().filter(|(asked, _)| *asked).map(|(_, bytes)| bytes).sum();
         let needed = frame.saturating_add(pixels.saturating_mul(bytes));
         memory::check(format!("an image of {width}x{height} pixels ({})", refiner.name()), needed)
@@ -208,7 +208,7 @@ impl Job<'_> {
             written.push(path);
         }
         let mut voxel_failures = None;
-        if let (Some(path), Some(voxels)) = (args.failure_map.as_ref().map(file), self.voxels) {
+        if let (Some(path), Some(voxels)) = (args.voxel_error_map.as_ref().map(file), self.voxels) {
             let found = failures(scene, bvh, gbuffer, voxels, config.sampling, config.seed)?;
             let failures = VoxelFailures::new(&found);
             say(&failures.line());

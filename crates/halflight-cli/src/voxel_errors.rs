@@ -2,7 +2,7 @@
 
 use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
 use halflight_cpu::voxel::VoxelConfig;
-use halflight_cpu::voxel::error_map::FailureCounts;
+use halflight_cpu::voxel::error_map::VoxelErrorCounts;
 use halflight_lab::voxel_errors::{Failures, OFF};
 use serde::Serialize;
 
@@ -20,7 +20,7 @@ pub(crate) struct VoxelFailures {
 
 impl VoxelFailures {
     pub(crate) fn new(failures: &Failures) -> Self {
-        let FailureCounts { receivers, self_occlusion, thickness, out_of_view, missed } = failures.counts;
+        let VoxelErrorCounts { receivers, self_occlusion, thickness, out_of_view, missed } = failures.counts;
         let failures = failures.counts.failures();
         Self { threshold: OFF, receivers, failures, self_occlusion, thickness, out_of_view, missed }
     }
@@ -44,13 +44,13 @@ impl VoxelFailures {
 pub(crate) fn voxels(config: &PipelineConfig) -> Result<VoxelConfig, String> {
     let VisibilityConfig::Voxel(voxels) = config.visibility else {
         return Err(format!(
-            "--failure-map is about voxel marching, and {} does not fail: add --visibility voxel",
+            "--voxel-error-map is about voxel marching, and {} does not fail: add --visibility voxel",
             config.visibility.name()
         ));
     };
     if config.refiner != RefinerConfig::Full {
         return Err(format!(
-            "--failure-map needs a mask of every pixel, which {} has not: add --refiner full",
+            "--voxel-error-map needs a mask of every pixel, which {} has not: add --refiner full",
             config.refiner.name()
         ));
     }

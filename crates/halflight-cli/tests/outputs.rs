@@ -19,7 +19,7 @@ const OUTPUTS: [&str; 7] = [
     "render contact --size 16x12 --out",
     "render contact --size 16x12 --png",
     "render contact --size 16x12 --fragment-map",
-    "render contact --size 16x12 --visibility voxel --refiner full --failure-map",
+    "render contact --size 16x12 --visibility voxel --refiner full --voxel-error-map",
     "render contact --size 16x12 --stats",
     "reference contact --size 16x12 --samples 1 --cache state --out",
     "compare image.exr truth.exr --error-map",

@@ -105,7 +105,7 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
 fn failure_maps_say_where_voxels_are_wrong_and_why() {
     let place = Place::new("failures");
     let voxels = "render contact --size 96x72 --visibility voxel";
-    place.good(&format!("{voxels} --refiner full --failure-map f.png --stats s.json"));
+    place.good(&format!("{voxels} --refiner full --voxel-error-map f.png --stats s.json"));
     assert_eq!(place.files(), ["f.png", "s.json"]);
     let failures = &json(&place.path("s.json"))["voxel_failures"];
     let count = |key: &str| failures[key].as_u64().unwrap();
@@ -115,13 +115,13 @@ fn failure_maps_say_where_voxels_are_wrong_and_why() {
     assert!(causes > 0 && causes < count("receivers") / 2 && count("receivers") < 96 * 72, "{failures}");
     // Without a bias many receivers shade themselves, with one of a voxel few.
     let bare = "--set visibility.bias=0";
-    place.good(&format!("{voxels} --refiner full {bare} --failure-map f.png --stats bare.json"));
+    place.good(&format!("{voxels} --refiner full {bare} --voxel-error-map f.png --stats bare.json"));
     let bare = json(&place.path("bare.json"))["voxel_failures"]["self_occlusion"].as_u64().unwrap();
     assert!(bare > 10 * count("self_occlusion"), "{bare} of {failures}");
 
-    let message = place.bad(&format!("{voxels} --failure-map g.png"));
+    let message = place.bad(&format!("{voxels} --voxel-error-map g.png"));
     assert!(message.contains("lattice") && message.contains("--refiner full"), "{message}");
-    let message = place.bad("render contact --refiner full --failure-map g.png");
+    let message = place.bad("render contact --refiner full --voxel-error-map g.png");
     assert!(message.contains("auto") && message.contains("--visibility voxel"), "{message}");
     assert!(!place.path("g.png").exists());
 }
@@ -276,6 +276,14 @@ fn a_refiner_brings_its_upsampler_and_samples_end_the_error_target() {
         let found = printed(arguments);
         assert!(found.contains("target = 0.0\n"), "{arguments}:\n{found}");
     }
+    // Names of version 0.1.
+    let old = printed("--set refiner.rise.crease_deg=12");
+    assert!(
+        old.contains("crease_deg = 12.0") && old == printed("--set refiner.discontinuity.crease_deg=12"),
+        "{old}"
+    );
+    place.good("render contact --size 16x12 --visibility voxel --refiner full --failure-map old.png");
+    assert!(place.path("old.png").exists());
     fs::write(place.path("seed.toml"), "seed = 3\n").unwrap();
     fs::write(place.path("target.toml"), "[refiner]\ntarget = 0.5\n[sampling]\ncount = 16\n").unwrap();
     assert!(!printed("--config seed.toml").contains("target = 0.0\n"));
@@ -307,7 +315,7 @@ fn wrong_input_is_refused_in_words() {
         ("render nave --frames 3 --fps 0", "frames a second from 0.001"),
         ("render nave --fps 12", "--frames"),
         ("render contact --frames 2", "contact has no [animation]"),
-        ("render nave --frames 2 --device gpu", "--frames and --failure-map are for the CPU"),
+        ("render nave --frames 2 --device gpu", "--frames and --voxel-error-map are for the CPU"),
         ("render contact --device tpu", "[possible values: cpu, gpu]"),
         ("render contact --device gpu --upsampler delaunay --refiner nichols", DEVICE),
         ("render", "<SCENE>"),

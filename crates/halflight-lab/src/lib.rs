@@ -9,7 +9,7 @@ pub mod memory;
 pub mod picture;
 pub mod program;
 pub mod reference;
-pub mod stability;
+pub mod robustness;
 pub mod unlit;
 pub mod voxel_errors;
 

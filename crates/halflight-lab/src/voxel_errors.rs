@@ -12,7 +12,7 @@ use halflight_core::stages::{Refiner, Visibility};
 use halflight_cpu::bvh::{Bvh, BvhRays};
 use halflight_cpu::pipeline::PipelineError;
 use halflight_cpu::refine::Full;
-use halflight_cpu::voxel::error_map::{FailureCounts, failure_map, segments};
+use halflight_cpu::voxel::error_map::{VoxelErrorCounts, segments, voxel_error_map};
 use halflight_cpu::voxel::{VoxelConfig, Voxels};
 
 use crate::culled::Culled;
@@ -24,13 +24,13 @@ pub const OFF: f32 = 0.1;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Failures {
     /// Receivers that are off, by cause, all lights together.
-    pub counts: FailureCounts,
+    pub counts: VoxelErrorCounts,
     /// Mean of what receivers lose of their visible fraction, 0 … 1; those that lose nothing count as 0.
     pub false_shadow: f64,
     /// Mean of what they gain.
     pub false_light: f64,
     /// The failure map of the last light, sRGB, row by row from the top left; see
-    /// [`FailureMap::image`](halflight_cpu::voxel::error_map::FailureMap::image).
+    /// [`VoxelErrorMap::image`](halflight_cpu::voxel::error_map::VoxelErrorMap::image).
     pub image: Vec<[u8; 3]>,
 }
 
@@ -71,7 +71,7 @@ pub fn failures(
         let (exact, approximate) = (answers(&frame, light, &mut rays), answers(&frame, light, &mut voxels));
         // `Full` asks about all of the image in one batch.
         let (exact, approximate) = (exact.batch(0), approximate.batch(0));
-        let map = failure_map(&frame, &voxels, exact, approximate, OFF, &segments(bvh));
+        let map = voxel_error_map(&frame, &voxels, exact, approximate, OFF, &segments(bvh));
         add(&mut found.counts, &map.counts);
         found.image = map.image;
         for query in 0..exact.len() {
@@ -104,8 +104,8 @@ fn fraction(batch: &MaskBatch, query: usize) -> f64 {
     f64::from(seen) / f64::from(wanted.max(1))
 }
 
-fn add(sum: &mut FailureCounts, more: &FailureCounts) {
-    let FailureCounts { receivers, self_occlusion, thickness, out_of_view, missed } = more;
+fn add(sum: &mut VoxelErrorCounts, more: &VoxelErrorCounts) {
+    let VoxelErrorCounts { receivers, self_occlusion, thickness, out_of_view, missed } = more;
     sum.receivers += receivers;
     sum.self_occlusion += self_occlusion;
     sum.thickness += thickness;

@@ -30,7 +30,7 @@ impl Cause {
     /// All causes, in the order in which ties are decided.
     pub const ALL: [Self; 4] = [Self::SelfOcclusion, Self::Thickness, Self::OutOfView, Self::Missed];
 
-    /// Its colour in [`FailureMap::image`], sRGB: false shadow red by the receiver itself and yellow by others; false light
+    /// Its colour in [`VoxelErrorMap::image`], sRGB: false shadow red by the receiver itself and yellow by others; false light
     /// blue from out of view and green otherwise.
     pub fn color(self) -> [u8; 3] {
         match self {
@@ -44,7 +44,7 @@ impl Cause {
 
 /// How many receivers are wrong, by cause.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct FailureCounts {
+pub struct VoxelErrorCounts {
     /// Receivers that were compared: those that asked for any sample.
     pub receivers: u64,
     /// [`Cause::SelfOcclusion`].
@@ -57,7 +57,7 @@ pub struct FailureCounts {
     pub missed: u64,
 }
 
-impl FailureCounts {
+impl VoxelErrorCounts {
     /// Receivers with a cause.
     pub fn of(&self, cause: Cause) -> u64 {
         match cause {
@@ -85,9 +85,9 @@ impl FailureCounts {
 
 /// Wrong pixels of an image and why they are wrong.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct FailureMap {
+pub struct VoxelErrorMap {
     /// How many.
-    pub counts: FailureCounts,
+    pub counts: VoxelErrorCounts,
     /// sRGB, row by row from the top left: wrong pixels in their cause's [`Cause::color`]; others grey, brighter the
     /// more of the light they see; black where nothing was asked.
     pub image: Vec<[u8; 3]>,
@@ -99,14 +99,14 @@ pub struct FailureMap {
 /// and the last frame that `voxels` was prepared for is `frame`. A receiver is wrong when its visible fraction, the share
 /// of the wanted samples that it sees, is off by more than `threshold`; its cause is that of most of its wrong samples.
 /// `blocked` tells whether the open segment between two points meets a triangle ([`segments`] is one).
-pub fn failure_map(
+pub fn voxel_error_map(
     frame: &Frame,
     voxels: &Voxels,
     exact: &MaskBatch,
     approximate: &MaskBatch,
     threshold: f32,
     blocked: &(dyn Fn(Vec3, Vec3) -> bool + Sync),
-) -> FailureMap {
+) -> VoxelErrorMap {
     let course = voxels.course(frame.light(exact.light()));
     let verdicts: Vec<Option<(f32, Option<Cause>)>> = (0..exact.len().min(approximate.len()))
         .into_par_iter()
@@ -130,7 +130,7 @@ pub fn failure_map(
         .collect();
 
     let mut map =
-        FailureMap { image: vec![[0; 3]; frame.gbuffer.pixels()], counts: FailureCounts::default() };
+        VoxelErrorMap { image: vec![[0; 3]; frame.gbuffer.pixels()], counts: VoxelErrorCounts::default() };
     for (query, verdict) in exact.queries().iter().zip(verdicts) {
         let Some((truth, cause)) = verdict else { continue };
         map.counts.receivers += 1;

@@ -31,7 +31,7 @@ pub enum AblateError {
         /// Those that there are.
         bundled: Vec<&'static str>,
     },
-    /// No case of the stability table.
+    /// No case of the robustness table.
     #[error("there is no case `{name}`; there are {}", cases.join(", "))]
     Case {
         /// What was asked for.

@@ -15,7 +15,7 @@ use halflight_lab::ablate::run::{Places, run};
 use halflight_lab::ablate::{AblateError, Experiment, output};
 use halflight_lab::memory::Allocator;
 use halflight_lab::program::{self, message, say};
-use halflight_lab::{furnished, stability};
+use halflight_lab::{furnished, robustness};
 
 #[global_allocator]
 static ALLOCATOR: Allocator = Allocator;
@@ -26,7 +26,7 @@ static ALLOCATOR: Allocator = Allocator;
 #[derive(Parser)]
 #[command(name = "cargo xtask ablate", version)]
 struct Arguments {
-    /// A bundled experiment, the path of an experiment file, `stability`: where methods fail, or `furnished`: error targets on other scenes
+    /// A bundled experiment, the path of an experiment file, `robustness`: where methods fail, or `furnished`: error targets on other scenes
     #[arg(default_value = "default")]
     name: String,
     /// Scene in place of the experiment's: a bundled name or the path of a scene file; may be repeated
@@ -44,7 +44,7 @@ struct Arguments {
     /// Folder for the output [default: target/ablate/NAME]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Only this case of `stability`, beside the easy one that it is held against
+    /// Only this case of `robustness`, beside the easy one that it is held against
     #[arg(long, value_name = "NAME")]
     case: Option<String>,
     /// Lists the bundled experiments
@@ -77,7 +77,7 @@ fn list() -> Result<(), Box<dyn Error>> {
     for (name, text) in EXPERIMENTS {
         lines += &format!("{name:17} {}\n", Experiment::parse(text, name)?.title);
     }
-    for (name, title) in [(stability::NAME, stability::TITLE), (furnished::NAME, furnished::TITLE)] {
+    for (name, title) in [(robustness::NAME, robustness::TITLE), (furnished::NAME, furnished::TITLE)] {
         lines += &format!("{name:17} {title}\n");
     }
     Ok(program::print(&lines)?)
@@ -85,11 +85,11 @@ fn list() -> Result<(), Box<dyn Error>> {
 
 fn ablate(arguments: &Arguments) -> Result<(), AblateError> {
     let start = Instant::now();
-    if arguments.name == stability::NAME {
-        return stability(arguments);
+    if [robustness::NAME, robustness::OLD_NAME].contains(&arguments.name.as_str()) {
+        return robustness(arguments);
     }
     if arguments.case.is_some() {
-        return Err(AblateError::Option("--case is for `stability` only"));
+        return Err(AblateError::Option("--case is for `robustness` only"));
     }
     if arguments.name == furnished::NAME {
         return furnished(arguments);
@@ -123,32 +123,32 @@ fn ablate(arguments: &Arguments) -> Result<(), AblateError> {
     Ok(())
 }
 
-fn stability(arguments: &Arguments) -> Result<(), AblateError> {
+fn robustness(arguments: &Arguments) -> Result<(), AblateError> {
     if arguments.size.is_some() || !arguments.scene.is_empty() {
         return Err(AblateError::Option(
-            "`stability` has scenes and sizes of its own: leave out --scene and --size",
+            "`robustness` has scenes and sizes of its own: leave out --scene and --size",
         ));
     }
     if arguments.device != "cpu" {
-        return Err(AblateError::Option("`stability` is measured on the CPU only: leave out --device"));
+        return Err(AblateError::Option("`robustness` is measured on the CPU only: leave out --device"));
     }
     let start = Instant::now();
-    let plan = stability::Plan::new(arguments.case.as_deref(), arguments.quick)?;
-    let out = folder(arguments, stability::NAME);
-    let rows = stability::run(&plan, &out, &Progress::new(plan.pictures(), 0))?;
-    stability::output::write(
+    let plan = robustness::Plan::new(arguments.case.as_deref(), arguments.quick)?;
+    let out = folder(arguments, robustness::NAME);
+    let rows = robustness::run(&plan, &out, &Progress::new(plan.pictures(), 0))?;
+    robustness::output::write(
         &rows,
         &out,
         &Provenance::of_this_run(Device::Cpu.name()),
-        &command(arguments, stability::NAME),
+        &command(arguments, robustness::NAME),
     )?;
     say(&format!(
         "{} pictures in {:.0} s: {}",
         plan.pictures(),
         start.elapsed().as_secs_f64(),
-        out.join("stability.html").display()
+        out.join("robustness.html").display()
     ));
-    stability::check(&rows)
+    robustness::check(&rows)
 }
 
 fn furnished(arguments: &Arguments) -> Result<(), AblateError> {

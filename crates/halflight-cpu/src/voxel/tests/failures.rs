@@ -1,16 +1,16 @@
 //! Why pixels are wrong.
 
-use super::error_map::{Cause, FailureCounts, FailureMap, failure_map, segments};
+use super::error_map::{Cause, VoxelErrorCounts, VoxelErrorMap, segments, voxel_error_map};
 use super::*;
 
 const ROOF: (Vec3, Vec3) = (Vec3::new(-1.0, 1.0, -1.0), Vec3::new(1.0, 1.02, 1.0));
 
-fn map(stage: &Stage, config: VoxelConfig, threshold: f32) -> FailureMap {
+fn map(stage: &Stage, config: VoxelConfig, threshold: f32) -> VoxelErrorMap {
     let mut voxels = stage.prepared(config);
     let questions = stage.questions(|_| true);
     let (exact, found) = (stage.exact(&questions), stage.answered(&mut voxels, &questions));
     let blocked = segments(&stage.bvh);
-    let map = failure_map(&stage.frame(), &voxels, &exact, &found, threshold, &blocked);
+    let map = voxel_error_map(&stage.frame(), &voxels, &exact, &found, threshold, &blocked);
     assert_eq!(map.image.len(), stage.gbuffer.pixels());
     for cause in Cause::ALL {
         let painted = map.image.iter().filter(|&&pixel| pixel == cause.color()).count();
@@ -25,7 +25,7 @@ fn equal_masks_have_no_failures() {
     let questions = stage.questions(|_| true);
     let exact = stage.exact(&questions);
     let voxels = stage.prepared(EXACT);
-    let same = failure_map(&stage.frame(), &voxels, &exact, &exact, 0.0, &segments(&stage.bvh));
+    let same = voxel_error_map(&stage.frame(), &voxels, &exact, &exact, 0.0, &segments(&stage.bvh));
     assert_eq!(same.counts.failures(), 0);
     assert!(same.counts.receivers > 500);
     // Nothing differs by more than all of it.
@@ -64,6 +64,6 @@ fn blockers_outside_the_grid_are_told_apart() {
     assert!(counts.out_of_view > 1000, "{counts:?}");
     assert_eq!(
         counts,
-        FailureCounts { receivers: counts.receivers, out_of_view: counts.failures(), ..counts }
+        VoxelErrorCounts { receivers: counts.receivers, out_of_view: counts.failures(), ..counts }
     );
 }

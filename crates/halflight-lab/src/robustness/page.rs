@@ -22,7 +22,7 @@ pub(super) fn html(rows: &[Row], provenance: &Provenance, command: &str) -> Stri
     );
     page += &format!(
         "<p class=\"from\"><code>{}</code><br>commit {}, {}. Every figure is in \
-         <a href=\"stability.csv\">stability.csv</a>.</p>\n",
+         <a href=\"robustness.csv\">robustness.csv</a>.</p>\n",
         escape(command),
         escape(&provenance.commit),
         escape(&provenance.machine)

@@ -21,14 +21,14 @@ const SHOWN: u32 = 192;
 /// Columns between the three parts of a picture, pixels.
 const GAP: usize = 4;
 
-/// Writes `stability.csv` and `stability.html`. `command` is what the page says it was made by.
+/// Writes `robustness.csv` and `robustness.html`. `command` is what the page says it was made by.
 ///
 /// # Errors
 /// A file cannot be written.
 pub fn write(rows: &[Row], out: &Path, provenance: &Provenance, command: &str) -> Result<(), AblateError> {
-    table(rows, provenance).write_csv(&out.join("stability.csv"))?;
+    table(rows, provenance).write_csv(&out.join("robustness.csv"))?;
     let html = page::html(rows, provenance, command);
-    write_file(&out.join("stability.html"), html.as_bytes())?;
+    write_file(&out.join("robustness.html"), html.as_bytes())?;
     Ok(())
 }
 

@@ -3,13 +3,13 @@
 #![allow(clippy::unwrap_used)]
 
 mod backends;
-mod contracts;
 mod corners;
 #[allow(dead_code, unreachable_pub)]
 #[path = "../../crates/halflight/examples/custom_stages.rs"]
 mod custom_stages;
 mod grids_only;
 mod packets;
+mod refusals;
 
 #[test]
 fn the_example_runs() {

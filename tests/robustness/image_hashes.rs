@@ -67,7 +67,7 @@ fn hashes(scene: &str) -> String {
 #[test]
 #[cfg_attr(not(all(target_os = "linux", target_arch = "x86_64")), ignore = "hashes are of x86-64 Linux")]
 fn images_of_all_combinations_are_unchanged() {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("stability/image_hashes.txt");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("robustness/image_hashes.txt");
     let found: String = std::thread::scope(|scope| {
         let tables = SCENES.map(|scene| scope.spawn(move || hashes(scene)));
         tables.into_iter().map(|table| table.join().unwrap()).collect()

@@ -29,7 +29,10 @@ use measure::Ready;
 use methods::{Method, Switch};
 
 /// The name by which it is run.
-pub const NAME: &str = "stability";
+pub const NAME: &str = "robustness";
+
+/// Its name in version 0.1, which is still read.
+pub const OLD_NAME: &str = "stability";
 
 /// One line.
 pub const TITLE: &str = "Where methods fail: every combination of stages in awkward cases";
@@ -255,7 +258,7 @@ mod tests {
         let every_pixel = Method::every_pixel(Shading::Ratio);
         let voxel = VisibilityConfig::named("voxel").unwrap();
         plan.methods = vec![every_pixel, Method { visibility: voxel, ..every_pixel }];
-        let out = std::env::temp_dir().join(format!("halflight-stability-{}", std::process::id()));
+        let out = std::env::temp_dir().join(format!("halflight-robustness-{}", std::process::id()));
         let rows = run(&plan, &out, &Progress::hidden()).unwrap();
         let [easy, hidden] = rows.as_slice() else { panic!("{} cases", rows.len()) };
         assert_eq!((easy.case, hidden.case), (EASY, "out-of-view"));
