@@ -2,7 +2,7 @@
 //!
 //! [`prepare`](Visibility::prepare) rasterizes every triangle into the grid once a frame (`rasterize`); batches march
 //! their rays through it (`march`), but for those parts of the way to the light where the grid is empty for all samples
-//! alike (`fan`). Answers are approximate: [`failure`] tells where and why they differ from the truth. Whatever lies
+//! alike (`fan`). Answers are approximate: [`error_map`] tells where and why they differ from the truth. Whatever lies
 //! outside the grid, out of view, casts no shadow.
 
 mod config;
