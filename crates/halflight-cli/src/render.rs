@@ -312,10 +312,15 @@ fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, build_ms: f
         sampling.count
     )];
     lines.extend(stages.iter().map(|(name, ms)| format!("  {name:<10} {ms:>9.1} ms")));
-    let levels = stats.fragments.per_level;
-    let used = levels.iter().rposition(|&count| count > 0).map_or(0, |last| last + 1);
-    let levels: Vec<String> = levels[..used].iter().map(ToString::to_string).collect();
-    lines.push(format!("  fragments  {} (by level: {})", stats.fragments.total, levels.join(" ")));
+    let by_level = |counts: &[u64]| {
+        let used = counts.iter().rposition(|&count| count > 0).map_or(0, |last| last + 1);
+        counts[..used].iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
+    };
+    let FragmentCounts { total, per_level, cells } = &stats.fragments;
+    lines.push(format!("  fragments  {total} (by level: {})", by_level(per_level)));
+    if cells != per_level && cells.iter().any(|&count| count > 0) {
+        lines.push(format!("  cells      {} (by level: {})", cells.iter().sum::<u64>(), by_level(cells)));
+    }
     let RayCounts { refine, last, skipped, total } = stats.rays;
     lines.push(format!("  rays       {total} ({refine} to refine, {last} final; {skipped} skipped)"));
     let VisibilityStats { prepare_ms, lit, umbra, spared, listed, walked, left_to_rays, pairs, kept, .. } =

@@ -86,6 +86,11 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
     let levels = stats["fragments"]["per_level"].as_array().unwrap();
     let total: u64 = levels.iter().map(|count| count.as_u64().unwrap()).sum();
     assert_eq!(stats["fragments"]["total"].as_u64(), Some(total));
+    let cells = stats["fragments"]["cells"].as_array().unwrap();
+    assert!(
+        cells[1..].iter().any(|count| count.as_u64().unwrap() > 0),
+        "the lattice has cells above one pixel: {cells:?}"
+    );
     assert!(
         total > 0 && stats["peak_bytes"].as_u64().unwrap() > 0 && stats["total_ms"].as_f64().unwrap() > 0.0
     );

@@ -336,6 +336,15 @@ impl Fragments {
         counts
     }
 
+    /// Number of cells of each level.
+    pub fn cells_per_level(&self) -> [u64; LEVELS] {
+        let mut counts = [0; LEVELS];
+        for cell in &self.cells {
+            counts[usize::from(cell.level).min(LEVELS - 1)] += 1;
+        }
+        counts
+    }
+
     /// Writes, for every pixel, the index of the cell that it lies in (`u32::MAX`: none).
     pub fn owners(&self, owners: &mut Vec<u32>) {
         owners.clear();
@@ -376,7 +385,7 @@ mod tests {
         fragments.owners(&mut owners);
         assert_eq!(owners, [0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
         assert_eq!(fragments.cell_samples(&fragments.cells()[1]), [shared]);
-        assert_eq!(fragments.per_level()[2], 1);
+        assert_eq!((fragments.per_level()[2], fragments.cells_per_level()[2]), (1, 3));
     }
 
     #[test]

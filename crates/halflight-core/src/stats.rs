@@ -48,8 +48,10 @@ pub struct StageTimes {
 pub struct FragmentCounts {
     /// All samples.
     pub total: u64,
-    /// Samples of each level, 0 first.
+    /// Samples of each level, 0 first. Corners that cells share are single pixels, of level 0.
     pub per_level: [u64; LEVELS],
+    /// Cells of each level, 0 first: how finely the image was divided. The GPU counts none.
+    pub cells: [u64; LEVELS],
 }
 
 /// How a visibility backend came by its answers; what a backend has no notion of stays 0.

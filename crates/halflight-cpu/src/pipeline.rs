@@ -476,6 +476,9 @@ impl State {
             for (total, count) in stats.fragments.per_level.iter_mut().zip(buffers.fragments.per_level()) {
                 *total += count;
             }
+            for (total, count) in stats.fragments.cells.iter_mut().zip(buffers.fragments.cells_per_level()) {
+                *total += count;
+            }
             if builder.layers {
                 merge_levels(&buffers.gbuffer, &buffers.fragments, &mut image.level);
             }
