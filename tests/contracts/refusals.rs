@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use halflight::bvh::{Bvh, BvhRays};
+use halflight::certificate::{Certificate, Region};
 use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight::fragment::{FragmentError, Fragments, Sample};
 use halflight::frame::Frame;
 use halflight::mask::{MaskBatch, Purpose};
 use halflight::pipeline::PipelineError;
-use halflight::proof::{Proof, Region};
 use halflight::refine::{DiscontinuityLimits, Lattice, LatticeConfig};
 use halflight::stages::{Refiner, Visibility};
 use halflight::upsample;
@@ -72,9 +72,9 @@ impl Visibility for Bright {
         parts.visible.copy_from_slice(parts.wanted);
     }
 
-    fn prove(&mut self, _frame: &Frame, _light: u32, regions: &[Region], proofs: &mut Vec<Proof>) {
+    fn certify(&mut self, _frame: &Frame, _light: u32, regions: &[Region], proofs: &mut Vec<Certificate>) {
         proofs.clear();
-        proofs.resize(regions.len(), Proof::Lit);
+        proofs.resize(regions.len(), Certificate::Lit);
     }
 }
 

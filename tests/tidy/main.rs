@@ -21,6 +21,8 @@ const RETIRED_FILES: &[&str] = &[
     "further",
     "failure",
     "lattice_look",
+    "proof",
+    "prove",
     "seams",
     "lattice_ask",
     "lattice_judge",
@@ -33,6 +35,9 @@ const RETIRED_FILES: &[&str] = &[
 /// Words that were replaced in code and comments.
 const RETIRED_WORDS: &[&str] = &[
     "Rise",
+    "Proof",
+    "Prover",
+    "ProofCounts",
     "RiseLimits",
     "Breaks",
     "Bundle",

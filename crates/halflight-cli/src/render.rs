@@ -8,7 +8,7 @@ use halflight_core::gbuffer::GBuffer;
 use halflight_core::glam::Vec3;
 use halflight_core::scene::Scene;
 use halflight_core::stats::{
-    FragmentCounts, FrameStats, ProofCounts, RayCounts, StageTimes, VisibilityStats,
+    CertificateCounts, FragmentCounts, FrameStats, RayCounts, StageTimes, VisibilityStats,
 };
 use halflight_cpu::bvh::Bvh;
 use halflight_cpu::config::{Named, PipelineConfig};
@@ -43,7 +43,7 @@ struct Stats<'a> {
     fragments: &'a FragmentCounts,
     rays: &'a RayCounts,
     visibility: &'a VisibilityStats,
-    proofs: &'a ProofCounts,
+    proofs: &'a CertificateCounts,
     #[serde(skip_serializing_if = "Option::is_none")]
     expected_nmse2: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -334,7 +334,7 @@ fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, build_ms: f
     if pairs > 0 {
         lines.push(format!("  pairs      {pairs}, {kept} kept; binned in {prepare_ms:.1} ms"));
     }
-    let ProofCounts { lit, umbra, bounded, traced } = stats.proofs;
+    let CertificateCounts { lit, umbra, bounded, traced } = stats.proofs;
     let pixels = lit + umbra + bounded + traced;
     if pixels > 0 {
         let share = |count: u64| 100.0 * count as f64 / pixels as f64;

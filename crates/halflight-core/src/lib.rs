@@ -4,6 +4,7 @@
 //! [`light`] are seen in the [`gbuffer`], whose breaks the [`pyramid`] holds; a refiner ([`stages`]) asks for light
 //! [`mask`]s over a [`pattern`] of light samples and hands on [`fragment`]s; [`stats`] come back with the image.
 
+pub mod certificate;
 pub mod fragment;
 pub mod frame;
 pub mod gbuffer;
@@ -11,7 +12,6 @@ pub mod hash;
 pub mod light;
 pub mod mask;
 pub mod pattern;
-pub mod proof;
 pub mod pyramid;
 pub mod scene;
 pub mod stages;

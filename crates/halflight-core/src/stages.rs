@@ -3,13 +3,13 @@
 //! All are object-safe and work on batches. `&mut self` is for buffers that are kept from frame to frame; a stage's answer
 //! depends on its configuration and arguments alone.
 
+use crate::certificate::{Certificate, Region};
 use crate::fragment::Fragments;
 use crate::frame::Frame;
 use crate::mask::MaskBatch;
 use crate::pattern::Pattern;
-use crate::proof::{Proof, Region};
 use crate::pyramid::MAX_LEVEL;
-use crate::stats::{ProofCounts, VisibilityStats};
+use crate::stats::{CertificateCounts, VisibilityStats};
 
 /// A combination of stages that cannot work.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -66,8 +66,8 @@ pub trait Refiner: Send {
     }
 
     /// What was proved of the pixels of the last light, for refiners that ask for proofs.
-    fn proofs(&self) -> ProofCounts {
-        ProofCounts::default()
+    fn proofs(&self) -> CertificateCounts {
+        CertificateCounts::default()
     }
 
     /// Bytes held in buffers of its own.
@@ -90,11 +90,11 @@ pub trait Visibility: Send {
         Ok(())
     }
 
-    /// Writes what it can prove of the visible fraction in regions of receivers, one [`Proof`] a region. A backend that does
+    /// Writes what it can prove of the visible fraction in regions of receivers, one [`Certificate`] a region. A backend that does
     /// not look at triangles, or only at some, proves nothing.
-    fn prove(&mut self, _frame: &Frame, _light: u32, regions: &[Region], proofs: &mut Vec<Proof>) {
+    fn certify(&mut self, _frame: &Frame, _light: u32, regions: &[Region], proofs: &mut Vec<Certificate>) {
         proofs.clear();
-        proofs.resize(regions.len(), Proof::Open);
+        proofs.resize(regions.len(), Certificate::Open);
     }
 
     /// Work that is done once a frame, before the first batch (voxels, triangle bins).

@@ -85,7 +85,7 @@ pub struct VisibilityStats {
 
 /// Receiver pixels by what is known of them beyond their fragments' samples; all 0 unless proofs were asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ProofCounts {
+pub struct CertificateCounts {
     /// In cells that were proved to see all of the light.
     pub lit: u64,
     /// In cells that were proved to see nothing of it.
@@ -96,7 +96,7 @@ pub struct ProofCounts {
     pub traced: u64,
 }
 
-impl AddAssign for ProofCounts {
+impl AddAssign for CertificateCounts {
     fn add_assign(&mut self, other: Self) {
         self.lit += other.lit;
         self.umbra += other.umbra;
@@ -161,7 +161,7 @@ pub struct FrameStats {
     /// How masks were come by.
     pub visibility: VisibilityStats,
     /// What was proved of pixels.
-    pub proofs: ProofCounts,
+    pub proofs: CertificateCounts,
     /// Expected squared error of the irradiance over its squares, summed over the image by luminance: what the NMSE₂ against
     /// a reference should be. None from refiners that do not aim at one.
     #[serde(default)]

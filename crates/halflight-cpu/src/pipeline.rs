@@ -4,13 +4,13 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::Vec3;
+use halflight_core::certificate::{Certificate, Region};
 use halflight_core::fragment::{FragmentError, Fragments};
 use halflight_core::frame::{Frame, LightSampling};
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::light::{AreaLight, LightError};
 use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::{Pattern, PatternError};
-use halflight_core::proof::{Proof, Region};
 use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::{MAX_COORDINATE, MeshError, Scene};
 use halflight_core::stages::{Refiner, Unsupported, Upsampler, Visibility};
@@ -576,9 +576,9 @@ impl Visibility for Watched<'_> {
         self.inner.supports(pattern)
     }
 
-    fn prove(&mut self, frame: &Frame, light: u32, regions: &[Region], proofs: &mut Vec<Proof>) {
+    fn certify(&mut self, frame: &Frame, light: u32, regions: &[Region], proofs: &mut Vec<Certificate>) {
         let start = Instant::now();
-        self.inner.prove(frame, light, regions, proofs);
+        self.inner.certify(frame, light, regions, proofs);
         *self.prove_ms += start.elapsed().as_secs_f64() * 1e3;
     }
 }

@@ -4,7 +4,7 @@
 
 pub use halflight_core::glam;
 pub use halflight_core::{
-    fragment, frame, gbuffer, hash, light, mask, pattern, proof, pyramid, scene, stages, stats,
+    certificate, fragment, frame, gbuffer, hash, light, mask, pattern, pyramid, scene, stages, stats,
 };
 pub use halflight_cpu as cpu;
 pub use halflight_cpu::{

@@ -16,9 +16,9 @@ mod tests;
 
 use std::sync::Arc;
 
+use halflight_core::certificate::{Certificate, Region};
 use halflight_core::frame::Frame;
 use halflight_core::mask::{MaskBatch, Query};
-use halflight_core::proof::{Proof, Region};
 use halflight_core::stages::Visibility;
 use halflight_core::stats::VisibilityStats;
 use rayon::prelude::*;
@@ -26,7 +26,7 @@ use rayon::prelude::*;
 use crate::bvh::Bvh;
 use crate::occluder::{Points, Rows, Samples};
 use crate::pool::{Pool, TASK};
-use crate::shaft::{GROUP, Prover};
+use crate::shaft::{Certifier, GROUP};
 use crate::simd::Isa;
 use group::{Answers, Groups};
 
@@ -47,7 +47,7 @@ pub struct Beam {
     stats: VisibilityStats,
     rows: Pool<Groups<Rows>>,
     points: Pool<Groups<Points>>,
-    prover: Prover,
+    prover: Certifier,
 }
 
 impl Beam {
@@ -64,7 +64,7 @@ impl Beam {
             stats: VisibilityStats::default(),
             rows: Pool::default(),
             points: Pool::default(),
-            prover: Prover::default(),
+            prover: Certifier::default(),
         }
     }
 
@@ -180,8 +180,8 @@ impl Visibility for Beam {
         }
     }
 
-    fn prove(&mut self, frame: &Frame, light: u32, regions: &[Region], proofs: &mut Vec<Proof>) {
-        self.prover.prove(&self.bvh, frame.light(light), regions, proofs);
+    fn certify(&mut self, frame: &Frame, light: u32, regions: &[Region], proofs: &mut Vec<Certificate>) {
+        self.prover.certify(&self.bvh, frame.light(light), regions, proofs);
     }
 
     fn stats(&self) -> VisibilityStats {

@@ -4,11 +4,11 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use glam::Vec3;
+use halflight_core::certificate::{Certificate, Region};
 use halflight_core::frame::Frame;
 use halflight_core::light::AreaLight;
 use halflight_core::mask::{MaskBatch, Query};
 use halflight_core::pattern::Pattern;
-use halflight_core::proof::{Proof, Region};
 use halflight_core::stages::Visibility;
 use rayon::prelude::*;
 
@@ -17,7 +17,7 @@ use super::packet::{Packet, RAYS};
 use super::stack::Stacks;
 use crate::pool::TASK;
 use crate::samples::{LANES, positions};
-use crate::shaft::Prover;
+use crate::shaft::Certifier;
 use crate::simd::{Isa, Kernel, Simd};
 
 /// Queries that one task answers: as many as a packet has rays.
@@ -32,7 +32,7 @@ pub struct BvhRays {
     bvh: Arc<Bvh>,
     isa: Isa,
     together: bool,
-    prover: Arc<Prover>,
+    prover: Arc<Certifier>,
 }
 
 impl BvhRays {
@@ -78,8 +78,8 @@ impl Visibility for BvhRays {
         });
     }
 
-    fn prove(&mut self, frame: &Frame, light: u32, regions: &[Region], proofs: &mut Vec<Proof>) {
-        self.prover.prove(&self.bvh, frame.light(light), regions, proofs);
+    fn certify(&mut self, frame: &Frame, light: u32, regions: &[Region], proofs: &mut Vec<Certificate>) {
+        self.prover.certify(&self.bvh, frame.light(light), regions, proofs);
     }
 
     fn bytes(&self) -> usize {

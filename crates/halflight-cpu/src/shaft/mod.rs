@@ -3,19 +3,19 @@
 //! An empty list proves that all of them see all of the light, and a triangle across the whole shaft that they see
 //! nothing.
 
+mod certify;
 mod gather;
 mod hull;
 mod list;
-mod prove;
 
 use glam::Vec3;
 use halflight_core::mask::Query;
 use halflight_core::stats::VisibilityStats;
 
+pub(crate) use certify::Certifier;
 pub(crate) use gather::Gather;
 pub(crate) use hull::Hull;
 pub(crate) use list::List;
-pub(crate) use prove::Prover;
 
 use crate::occluder::Samples;
 use crate::simd::{Kernel, Simd};

@@ -4,7 +4,7 @@ use halflight_cpu::config::Named;
 use std::path::Path;
 
 use halflight_core::fragment::LEVELS;
-use halflight_core::stats::{FrameStats, ProofCounts};
+use halflight_core::stats::{CertificateCounts, FrameStats};
 use halflight_metrics::{Comparison, write_file};
 use serde::{Deserialize, Serialize};
 
@@ -247,7 +247,7 @@ impl Measured<'_> {
         let (config, stats, errors) = (&self.row.config, self.stats, &self.errors);
         let Medians { stages, prepare, total } = self.times;
         let flicker = Means::of(self.frames);
-        let proofs = (stats.proofs != ProofCounts::default()).then_some(stats.proofs);
+        let proofs = (stats.proofs != CertificateCounts::default()).then_some(stats.proofs);
         let (visibility, causes) = (&stats.visibility, self.failures.map(|failures| failures.counts));
         Record {
             experiment: self.experiment.to_string(),

@@ -7,15 +7,15 @@ mod view;
 
 use std::sync::atomic::AtomicBool;
 
+use halflight_core::certificate::{Certificate, Region};
 use halflight_core::fragment::{Fragments, Sample};
 use halflight_core::frame::Frame;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_core::mask::Purpose;
 use halflight_core::pattern::Pattern;
-use halflight_core::proof::{Proof, Region};
 use halflight_core::pyramid::MAX_LEVEL;
 use halflight_core::stages::{Refiner, Visibility};
-use halflight_core::stats::ProofCounts;
+use halflight_core::stats::CertificateCounts;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -170,9 +170,9 @@ pub struct Lattice {
     /// Cells of which something is to be proved, where their receivers are, and what was.
     certified: Vec<Square>,
     regions: Vec<Region>,
-    proofs: Vec<Proof>,
+    proofs: Vec<Certificate>,
     pilot: Vec<PilotSample>,
-    proved: ProofCounts,
+    proved: CertificateCounts,
 }
 
 impl Lattice {
@@ -386,15 +386,15 @@ impl Lattice {
         regions.par_iter_mut().zip(&self.certified).with_min_len(64).for_each(|(region, &cell)| {
             *region = view.region(cell);
         });
-        visibility.prove(view.frame, view.light, regions, proofs);
+        visibility.certify(view.frame, view.light, regions, proofs);
         let kept = verdicts.iter_mut().filter(|verdict| **verdict == Verdict::Keep);
         for (verdict, (proof, region)) in kept.zip(proofs.iter().zip(&*regions)) {
             *verdict = match proof {
                 _ if *region == Region::EMPTY => Verdict::Umbra,
-                Proof::Lit => Verdict::Lit,
-                Proof::Umbra => Verdict::Umbra,
-                Proof::Bounded(share) if *share <= MOST_UNSEEN => Verdict::Keep,
-                Proof::Bounded(_) | Proof::Open => Verdict::Split,
+                Certificate::Lit => Verdict::Lit,
+                Certificate::Umbra => Verdict::Umbra,
+                Certificate::Bounded(share) if *share <= MOST_UNSEEN => Verdict::Keep,
+                Certificate::Bounded(_) | Certificate::Open => Verdict::Split,
             };
         }
     }
@@ -455,7 +455,7 @@ impl Refiner for Lattice {
         self.suspected.clear();
         self.recent.clear();
         self.closing_cracks = false;
-        self.proved = ProofCounts::default();
+        self.proved = CertificateCounts::default();
         self.owners.clear();
         self.owners.resize(gbuffer.width.div_ceil(2) as usize * gbuffer.height.div_ceil(2) as usize, NONE);
         let (columns, rows) = (gbuffer.width.div_ceil(1 << top), gbuffer.height.div_ceil(1 << top));
@@ -526,7 +526,7 @@ impl Refiner for Lattice {
         &self.fractions
     }
 
-    fn proofs(&self) -> ProofCounts {
+    fn proofs(&self) -> CertificateCounts {
         self.proved
     }
 
@@ -556,7 +556,7 @@ impl Refiner for Lattice {
             + self.neighbours.capacity() * size_of::<Neighbours>()
             + self.certified.capacity() * size_of::<Square>()
             + self.regions.capacity() * size_of::<Region>()
-            + self.proofs.capacity() * size_of::<Proof>()
+            + self.proofs.capacity() * size_of::<Certificate>()
             + self.wanted.bytes()
     }
 }

@@ -1,9 +1,9 @@
 //! What can be said about cells by their geometry alone.
 
 use glam::Vec3;
+use halflight_core::certificate::Region;
 use halflight_core::frame::Frame;
 use halflight_core::gbuffer::GBuffer;
-use halflight_core::proof::Region;
 
 use super::Square;
 use crate::corners::Corners;

@@ -24,7 +24,7 @@ impl Region {
 
 /// What is known of all receivers in a region about one light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Proof {
+pub enum Certificate {
     /// All of them see all of the light.
     Lit,
     /// None of them sees any of the light.

@@ -1,8 +1,8 @@
 //! What a shaft and the triangles in it say about all receivers of a region at once.
 
 use glam::{DVec3, Vec3};
+use halflight_core::certificate::{Certificate, Region};
 use halflight_core::light::AreaLight;
-use halflight_core::proof::{Proof, Region};
 use rayon::prelude::*;
 
 use super::{Gather, Hull, List};
@@ -18,7 +18,7 @@ const COVERS: usize = 16;
 
 /// Proves things about regions.
 #[derive(Debug, Default)]
-pub(crate) struct Prover {
+pub(crate) struct Certifier {
     pool: Pool<Work>,
 }
 
@@ -30,9 +30,15 @@ struct Work {
     edges: Vec<Edge>,
 }
 
-impl Prover {
+impl Certifier {
     /// Writes one proof a region.
-    pub(crate) fn prove(&self, bvh: &Bvh, light: &AreaLight, regions: &[Region], proofs: &mut Vec<Proof>) {
+    pub(crate) fn certify(
+        &self,
+        bvh: &Bvh,
+        light: &AreaLight,
+        regions: &[Region],
+        proofs: &mut Vec<Certificate>,
+    ) {
         let isa = Isa::best();
         let prove = |region: &Region| {
             self.pool.lend(Work::default, |work| isa.run(Attempt { work, bvh, light, region: *region }))
@@ -50,27 +56,27 @@ struct Attempt<'a> {
 }
 
 impl Kernel for Attempt<'_> {
-    type Output = Proof;
+    type Output = Certificate;
 
     #[inline(always)]
-    fn run<S: Simd>(self) -> Proof {
+    fn run<S: Simd>(self) -> Certificate {
         let Self { work: Work { list, waiting, edges }, bvh, light, region } = self;
         // What is no number is open.
         if !(region.low.cmple(region.high).all() && region.low.is_finite() && region.high.is_finite()) {
-            return Proof::Open;
+            return Certificate::Open;
         }
         let hull = Hull::new(region.low, region.high, light, bvh.largest());
         if !S::call(Gather { list, waiting, bvh, hull: &hull, most: MOST }) {
-            return Proof::Open;
+            return Certificate::Open;
         }
         if list.len() == 0 {
-            return Proof::Lit;
+            return Certificate::Lit;
         }
         let places = || (0..list.len()).map(|place| (&list.blocks()[place / 8], place % 8));
         if list.len() <= COVERS && places().any(|(block, lane)| hull.is_covered::<S>(block, lane)) {
-            return Proof::Umbra;
+            return Certificate::Umbra;
         }
-        let Some(sweep) = Sweep::new(light, &region) else { return Proof::Open };
+        let Some(sweep) = Sweep::new(light, &region) else { return Certificate::Open };
         edges.clear();
         for (block, lane) in places() {
             let corners = block.triangle_corners(lane);
@@ -82,8 +88,8 @@ impl Kernel for Attempt<'_> {
             }
         }
         match bound(edges, &region) {
-            area if area < 1.0 => Proof::Bounded(area as f32),
-            _ => Proof::Open,
+            area if area < 1.0 => Certificate::Bounded(area as f32),
+            _ => Certificate::Open,
         }
     }
 }
@@ -238,7 +244,7 @@ mod tests {
                 let middle = |&low: &Vec3| Region { low, high: low + Vec3::new(size, size * 0.1, size) };
                 let regions: Vec<Region> = origins.iter().map(middle).collect();
                 let mut proofs = Vec::new();
-                Prover::default().prove(&bvh, &scene.lights[0], &regions, &mut proofs);
+                Certifier::default().certify(&bvh, &scene.lights[0], &regions, &mut proofs);
                 for (region, proof) in regions.iter().zip(proofs) {
                     let at =
                         |x: f32, y: f32, z: f32| region.low + (region.high - region.low) * Vec3::new(x, y, z);
@@ -253,18 +259,19 @@ mod tests {
                     let low = shares.iter().copied().fold(1.0, f32::min);
                     let high = shares.iter().copied().fold(0.0, f32::max);
                     match proof {
-                        Proof::Lit => assert_eq!((low, high), (1.0, 1.0)),
-                        Proof::Umbra => assert_eq!((low, high), (0.0, 0.0)),
+                        Certificate::Lit => assert_eq!((low, high), (1.0, 1.0)),
+                        Certificate::Umbra => assert_eq!((low, high), (0.0, 0.0)),
                         // Samples count an edge across the light to within a row of 16, and a shape has two.
-                        Proof::Bounded(share) => {
+                        Certificate::Bounded(share) => {
                             assert!(high - low <= share + 2.0 / 16.0, "{share}: {shares:?}");
                         }
-                        Proof::Open => {}
+                        Certificate::Open => {}
                     }
-                    lit += u32::from(proof == Proof::Lit);
-                    umbra += u32::from(proof == Proof::Umbra);
-                    bounded += u32::from(matches!(proof, Proof::Bounded(share) if share < 0.5));
-                    tight += u32::from(matches!(proof, Proof::Bounded(share) if share < 0.5 && high > low));
+                    lit += u32::from(proof == Certificate::Lit);
+                    umbra += u32::from(proof == Certificate::Umbra);
+                    bounded += u32::from(matches!(proof, Certificate::Bounded(share) if share < 0.5));
+                    tight +=
+                        u32::from(matches!(proof, Certificate::Bounded(share) if share < 0.5 && high > low));
                 }
             }
         }
@@ -281,13 +288,13 @@ mod tests {
         let nan = Region { low: Vec3::NAN, high: Vec3::ONE };
         // Across the light's plane.
         let across = Region { low: Vec3::new(3.9, 3.0, 7.9), high: Vec3::new(4.1, 4.0, 8.1) };
-        Prover::default().prove(
+        Certifier::default().certify(
             &bvh,
             &scene.lights[0],
             &[Region::EMPTY, everywhere, nan, across],
             &mut proofs,
         );
-        assert_eq!(proofs[..3], [Proof::Open; 3]);
-        assert_ne!(proofs[3], Proof::Lit);
+        assert_eq!(proofs[..3], [Certificate::Open; 3]);
+        assert_ne!(proofs[3], Certificate::Lit);
     }
 }
