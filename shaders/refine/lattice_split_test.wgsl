@@ -36,7 +36,7 @@ fn holds(cell: vec2<u32>) -> bool {
     return high - low <= frame.error || is_predicted(cell, corners, found);
 }
 
-// Whether the parent's corners had predicted this cell's.
+// Returns whether the parent's corners had predicted this cell's.
 fn is_predicted(cell: vec2<u32>, corners: Corners, found: vec4<f32>) -> bool {
     if frame.level >= frame.coarsest || discontinuities_inside(frame.level + 1u, cell / 2u) != NOTHING {
         return false;

@@ -1,4 +1,4 @@
-// What lies between neighbouring pixels (halflight-cpu/src/refine/discontinuities.rs): a word for every cell, level by level, of these bits.
+// Discontinuities between neighbouring pixels (halflight-cpu/src/refine/discontinuities.rs): a word for every cell, level by level, of these bits.
 
 // Something lies between the pixel and its right neighbour, or the one below.
 const RIGHT: u32 = 1u;

@@ -60,7 +60,7 @@ struct Frame {
     // Where values are no longer mixed: footprint of a pixel at depth 1, what a turn of the normal adds, the cosine of the
     // largest turn, and one over the distance of cosines to the largest that is mixed freely.
     surface: vec4<f32>,
-    // What parts surfaces: sine of an elevation, and footprint of a pixel at depth 1 (halflight-cpu/src/tangent_plane.rs).
+    // Limits of the tangent-plane test: sine of an elevation, and footprint of a pixel at depth 1 (halflight-cpu/src/tangent_plane.rs).
     crease_sine: f32,
     pixel_footprint: f32,
     // Difference of the visible fraction that is interpolated over.

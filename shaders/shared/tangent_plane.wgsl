@@ -1,4 +1,4 @@
-// Whether one surface point rises above another's tangent plane (halflight-cpu/src/tangent_plane.rs).
+// Tangent-plane test of two surface points (halflight-cpu/src/tangent_plane.rs).
 //@ needs shared/offset shared/receiver
 
 struct Elevations {

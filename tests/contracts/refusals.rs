@@ -1,4 +1,4 @@
-//! What stages may rely on, and what is refused where it does not hold.
+//! Contracts that stages rely on, and refusals where they do not hold.
 
 use std::sync::Arc;
 

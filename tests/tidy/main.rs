@@ -76,7 +76,7 @@ fn files(folder: &str, endings: &[&str]) -> Vec<PathBuf> {
     found
 }
 
-/// Whether a text has a word that is not part of a longer one.
+/// Returns whether a text has a word that is not part of a longer one.
 fn has_word(text: &str, word: &str) -> bool {
     let part = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
     text.match_indices(word)
@@ -103,7 +103,7 @@ fn retired_names_do_not_come_back() {
     assert!(faults.is_empty(), "{faults:#?}");
 }
 
-/// What ARCHITECTURE.md leaves out of what it must name.
+/// Returns the names that ARCHITECTURE.md must have and leaves out.
 fn unnamed(text: &str) -> Vec<String> {
     let mut must = BTreeSet::new();
     for folder in ["crates", "crates/halflight-cpu/src"] {

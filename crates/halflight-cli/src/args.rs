@@ -154,7 +154,7 @@ pub(crate) struct Choices {
     /// Size in pixels [default: 640x480].
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<(u32, u32)>,
-    /// What renders: the CPU, or the fastest GPU with a driver for Vulkan, Direct3D 12 or Metal, which has
+    /// Device that renders: the CPU, or the fastest GPU with a driver for Vulkan, Direct3D 12 or Metal, which has
     /// no proofs and no triangulation.
     #[arg(long, default_value = "cpu", value_parser = PossibleValuesParser::new(DEVICES))]
     pub(crate) device: String,

@@ -61,12 +61,13 @@ fn options(choices: &Choices) -> Value {
     put("width", choices.size.map(|(width, _)| json!(width)));
     put("height", choices.size.map(|(_, height)| json!(height)));
     let lattice = choices.error.is_some() || choices.certify;
-    let refiner = if lattice {
-        let target = choices.error.unwrap_or(0.0);
-        Some(json!({ "name": "lattice", "certify": choices.certify, "target": target }))
-    } else {
-        choices.refiner.as_ref().map(|name| json!({ "name": name }))
-    };
+    let mut refiner = choices.refiner.as_ref().map(|name| json!({ "name": name }));
+    if lattice {
+        refiner = Some(json!({ "name": "lattice", "certify": choices.certify }));
+    }
+    if let (Some(refiner), Some(error)) = (&mut refiner, choices.error) {
+        refiner["target"] = json!(error);
+    }
     put("refiner", refiner);
     put("visibility", choices.visibility.as_ref().map(|name| json!({ "name": name })));
     put("upsampler", if lattice { Some(json!("lattice")) } else { text(&choices.upsampler) });
@@ -85,7 +86,7 @@ fn options(choices: &Choices) -> Value {
     Value::Object(keys)
 }
 
-/// Whether stages are chosen that the default error target does not go with: then the light samples are as many as are asked for.
+/// Returns whether stages are chosen that the default error target does not go with.
 fn contradicts_target(choices: &Choices) -> bool {
     let Choices { upsampler, shading, pattern, .. } = choices;
     let exact = matches!(choices.visibility.as_deref(), None | Some("bvh" | "beam" | "auto"));
@@ -111,8 +112,7 @@ fn parse_setting(setting: &str) -> Result<Value, String> {
 /// A configuration in the making.
 struct Layered {
     keys: Value,
-    /// Whether a layer has chosen a refiner, an upsampler, or an error target.
-    refiner: bool,
+    /// A layer has chosen an upsampler, or an error target.
     upsampler: bool,
     target: bool,
 }
@@ -120,11 +120,11 @@ struct Layered {
 impl Layered {
     fn new() -> Result<Self, String> {
         let keys = serde_json::to_value(PipelineConfig::default()).map_err(|error| error.to_string())?;
-        Ok(Self { keys, refiner: false, upsampler: false, target: false })
+        Ok(Self { keys, upsampler: false, target: false })
     }
 
     /// Lays `layer` over the keys so far. Every key is tried as soon as it is set, so that a fault has its name. A refiner brings
-    /// the upsampler that fits it and a number of light samples ends the default error target, unless these are chosen.
+    /// the upsampler that fits it, and it or a number of light samples ends the default error target, unless these are chosen.
     fn lay(&mut self, layer: &Value) -> Result<(), String> {
         self.upsampler |= layer.get("upsampler").is_some();
         self.target |= layer.pointer("/refiner/target").is_some();
@@ -132,9 +132,8 @@ impl Layered {
             let upsampler = self.finish()?.refiner.upsampler();
             self.keys["upsampler"] = json!(upsampler.name());
         }
-        self.refiner |= layer.pointer("/refiner/name").is_some();
         self.choose::<VisibilityConfig>(layer)?;
-        if layer.pointer("/sampling/count").is_some() {
+        if ["/refiner/name", "/sampling/count"].iter().any(|key| layer.pointer(key).is_some()) {
             self.leave_target();
         }
         self.lay_at("", layer)
@@ -152,15 +151,10 @@ impl Layered {
     /// Takes another stage if `layer` names one: its keys are others, so that its name comes first. Returns whether it did.
     fn choose<T: Named>(&mut self, layer: &Value) -> Result<bool, String> {
         let pointer = format!("/{}/name", T::STAGE);
-        let Some(name) = layer.pointer(&pointer) else {
+        let Some(name) = layer.pointer(&pointer).filter(|&name| self.keys.pointer(&pointer) != Some(name))
+        else {
             return Ok(false);
         };
-        // The default refiner has other constants than the one of its name.
-        let again =
-            self.keys.pointer(&pointer) == Some(name) && (T::STAGE != RefinerConfig::STAGE || self.refiner);
-        if again {
-            return Ok(false);
-        }
         let stage = name
             .as_str()
             .and_then(T::named)

@@ -349,7 +349,7 @@ fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, build_ms: f
     if let Some(error) = stats.expected_nmse2 {
         lines.push(format!("  expected   NMSE2 {error:.1e}"));
     }
-    // What a GPU holds is not counted.
+    // Memory of a GPU is not counted.
     if stats.peak_bytes > 0 {
         lines.push(format!("  memory     {:.1} MiB", stats.peak_bytes as f64 / f64::from(1 << 20)));
     }

@@ -11,7 +11,7 @@ use serde_json::Value;
 
 mod common;
 
-/// What a stage that GPUs have not got comes to; without a driver it does not get that far.
+/// Outcome of a stage that GPUs have not got; without a driver it does not get that far.
 const DEVICE: &str = "on the GPU|no graphics adapter";
 
 fn keys(value: &Value) -> Vec<&str> {
@@ -276,7 +276,14 @@ fn a_refiner_brings_its_upsampler_and_samples_end_the_error_target() {
     }
     fs::write(place.path("chosen.toml"), "upsampler = \"rbf-fixed\"\n").unwrap();
     assert!(printed("--config chosen.toml --refiner full").contains("upsampler = \"rbf-fixed\""));
-    // What is asked for is not ignored.
+    // Options keep what a file has chosen.
+    fs::write(place.path("half.toml"), "[refiner]\ntarget = 0.5\nerror = 0.25\n").unwrap();
+    for arguments in ["--certify", "--refiner lattice", "--samples 16"] {
+        let found = printed(&format!("--config half.toml {arguments}"));
+        assert!(found.contains("target = 0.5") && found.contains("error = 0.25"), "{arguments}:\n{found}");
+    }
+    assert!(printed("--certify").contains("target = 0.0\n"));
+    // Samples or stages that are asked for end the default target.
     for arguments in ["--samples 16", "--set sampling.count=16", "--refiner lattice", "--shading sampled"] {
         let found = printed(arguments);
         assert!(found.contains("target = 0.0\n"), "{arguments}:\n{found}");
@@ -375,7 +382,7 @@ fn graphics_devices_render_what_the_processor_does() {
         let error: Value = serde_json::from_str(&place.good("compare one.exr two.exr --json")).unwrap();
         assert!(error["nmse2"].as_f64().unwrap() < 1e-4, "{backend}: {error}");
     }
-    // What is chosen where nothing is said, but for validation: GPUs validate nothing.
+    // Defaults, but for validation: GPUs validate nothing.
     for device in ["gpu", "cpu"] {
         let plain = format!(
             "render contact --size 96x72 --device {device} --error 1e-4 --set refiner.validate=false"
@@ -383,7 +390,7 @@ fn graphics_devices_render_what_the_processor_does() {
         place.good(&format!("{plain} --out {device}-plain.exr --stats {device}.json"));
     }
     let expected = ["gpu.json", "cpu.json"].map(|name| json(&place.path(name))["expected_nmse2"].as_f64());
-    // What is rasterized differs by pixels at outlines, of which an image as small as this has many.
+    // Rasterized surfaces differ by pixels at outlines, of which an image as small as this has many.
     let [Some(found), Some(expected)] = expected else { panic!("{expected:?}") };
     assert!(found > 0.8 * expected && found < 1.25 * expected, "{found} {expected}");
     let error: Value =

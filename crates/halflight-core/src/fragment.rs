@@ -1,6 +1,6 @@
 //! What a refiner hands on: samples with their masks, and the cells of the image that they stand for.
 
-use crate::gbuffer::GBuffer;
+use crate::gbuffer::{GBuffer, NO_PRIMITIVE};
 use crate::mask::{MaskBatch, Purpose};
 use crate::pattern::Pattern;
 
@@ -263,7 +263,7 @@ impl Fragments {
                 let mut missing = !word & (!0u64 >> (64 - count));
                 while missing != 0 {
                     let pixel = y * *width as usize + first + missing.trailing_zeros() as usize;
-                    if gbuffer.is_receiver(pixel) {
+                    if gbuffer.primitive.get(pixel).is_some_and(|&triangle| triangle != NO_PRIMITIVE) {
                         return Err(FragmentError::Uncovered { pixel });
                     }
                     missing &= missing - 1;

@@ -1,4 +1,4 @@
-//! Whether one surface point rises above another's tangent plane.
+//! Tangent-plane test: does one surface point rise above another's tangent plane?
 //!
 //! What rises above a point can shadow it at close range, or lies across a step from it; what lies below can do neither. So
 //! a visible fraction may be interpolated over convex surfaces, however curved, and not over concave creases and steps. Grooves
@@ -180,7 +180,7 @@ impl<'a> TangentPlanes<'a> {
 pub(crate) struct Suspects {
     /// [`TangentPlanes::between`] finds a step.
     pub(crate) steps: u32,
-    /// It may find anything, and [`TangentPlanes::turns`] as well: for all others it finds nothing, and they do not turn.
+    /// Pairs that [`TangentPlanes::between`] and [`TangentPlanes::turns`] must look at; for all others these find nothing.
     pub(crate) others: u32,
 }
 

@@ -16,7 +16,7 @@ fn tables(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// What is wrong with the rows of a table, if anything.
+/// Returns the first fault of a table's rows, if any.
 fn fault(text: &str) -> Option<String> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let header = reader.headers().ok()?.clone();

@@ -160,7 +160,7 @@ impl SamplingPlan {
         Self::fixed(square(kind, FIRST), error)
     }
 
-    /// What it takes to come down to an NMSE₂, by the pilot samples of receivers spread evenly over the image.
+    /// Returns the plan that reaches an NMSE₂, by the pilot samples of receivers spread evenly over the image.
     pub(super) fn reach(target: f32, kind: PatternKind, pilot: &[PilotSample]) -> Self {
         let budget = Budget::new(target);
         let energy: f64 = pilot.iter().map(PilotSample::energy).sum();
@@ -241,7 +241,7 @@ fn square(kind: PatternKind, side: u16) -> Pattern {
     Pattern { kind, columns: side, rows: side }
 }
 
-/// What the pilot samples of one receiver showed.
+/// Result of the pilot samples of one receiver.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct PilotSample {
     /// Unshadowed irradiance per radiance.

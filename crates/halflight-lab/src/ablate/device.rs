@@ -1,4 +1,4 @@
-//! What renders the rows of an experiment: the CPU, or a GPU.
+//! Devices that render the rows of an experiment: the CPU, or a GPU.
 
 use std::sync::Arc;
 

@@ -35,7 +35,7 @@ struct Arguments {
     /// Image size in place of the experiment's, or of all of them
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<[u32; 2]>,
-    /// What renders: a GPU takes a program that was built with it, as `cargo xtask` does when this is given
+    /// Device that renders: a GPU takes a program that was built with it, as `cargo xtask` does when this is given
     #[arg(long, value_name = "DEVICE", default_value = "cpu", value_parser = PossibleValuesParser::new(Device::NAMES))]
     device: String,
     /// Small images and one timed frame: checks that everything works

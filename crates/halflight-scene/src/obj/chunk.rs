@@ -45,7 +45,7 @@ pub(super) struct Reference {
 
 /// A `usemtl` or `mtllib`.
 pub(super) struct Naming {
-    pub(super) library: bool,
+    pub(super) is_library: bool,
     /// Number of the chunk's faces before it.
     pub(super) face: usize,
     pub(super) line: usize,
@@ -108,7 +108,7 @@ impl Chunk {
                 let start = self.names.len();
                 self.names.extend_from_slice(rest);
                 let (face, name) = (self.faces.count(), start..self.names.len());
-                self.namings.push(Naming { library: keyword == b"mtllib", face, line, name });
+                self.namings.push(Naming { is_library: keyword == b"mtllib", face, line, name });
                 Ok(())
             }
             b"curv" | b"curv2" | b"surf" => {

@@ -37,7 +37,7 @@ impl Surfaces {
         let mut meanings: Vec<Option<Meaning>> = merged.names.iter().map(|_| None).collect();
         let mut used = BTreeMap::new();
         let mut runs = vec![(0, None)];
-        for naming in merged.namings.iter().filter(|naming| !naming.library) {
+        for naming in merged.namings.iter().filter(|naming| !naming.is_library) {
             let name = &merged.names[naming.name];
             let meaning = meanings[naming.name].get_or_insert_with(|| {
                 let meaning = definitions.meaning(name);
@@ -120,7 +120,7 @@ impl Definitions {
         let mut definitions = Self::default();
         let mut known = HashSet::new();
         let folder = path.parent().unwrap_or(Path::new(""));
-        for naming in merged.namings.iter().filter(|naming| naming.library) {
+        for naming in merged.namings.iter().filter(|naming| naming.is_library) {
             for found in definitions.find(path, folder, &merged.names[naming.name], context) {
                 if known.insert(found.clone()) {
                     match mtl::library(&found, context) {

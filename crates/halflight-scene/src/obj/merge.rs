@@ -10,7 +10,7 @@ use crate::vertices::{Corner, Vertices};
 
 /// A `usemtl` or `mtllib`, by its line in the file.
 pub(super) struct Naming {
-    pub(super) library: bool,
+    pub(super) is_library: bool,
     /// Number of faces before it.
     pub(super) face: usize,
     pub(super) line: usize,
@@ -85,7 +85,7 @@ impl Merged {
         for naming in chunk.namings {
             let name = self.name_id(&chunk.names[naming.name]);
             let (face, line) = (face + naming.face, lines + naming.line);
-            self.namings.push(Naming { library: naming.library, face, line, name });
+            self.namings.push(Naming { is_library: naming.is_library, face, line, name });
         }
         for (known, new) in self.notes.iter_mut().zip(chunk.notes) {
             *known = known.or(new.map(|line| lines + line));

@@ -147,7 +147,7 @@ pub struct Lattice {
     /// Pixels that tell how noisy the frame will be.
     measurements: Vec<Measurement>,
     neighbours: Vec<Neighbours>,
-    /// What pixels with samples of their own showed last, and how many cells there were.
+    /// Noise of pixels with samples of their own as measured last, and number of cells at that time.
     measured: Option<(usize, Measured)>,
     expected: Option<f64>,
     /// Cells to classify, by level.
