@@ -5,10 +5,11 @@
 // Levels from pixels to the coarsest cells.
 const LEVELS: u32 = 8u;
 
-// Whether cells have samples of their own; those of the lattice are counted when they are asked for.
+// Whether cells have samples of their own; the lattice counts its samples when it asks for them.
 override COUNTED: bool = true;
 
 var<workgroup> counts: array<atomic<u32>, 8>;
+var<workgroup> additional: atomic<u32>;
 var<workgroup> top: atomic<u32>;
 
 @compute @workgroup_size(8, 8)
@@ -26,18 +27,22 @@ fn own(here: Tile) {
                 atomicAdd(&counts[level], 1u);
                 atomicMax(&top, level);
                 if kept == KEPT_MORE {
-                    atomicAdd(&counts[0], further_samples(here.at.xy, level));
+                    atomicAdd(&additional, additional_samples(here.at.xy, level));
                 }
             }
         }
         owners[here.at.y * frame.width + here.at.x] = owner;
     }
     workgroupBarrier();
-    if COUNTED && here.lane < LEVELS {
-        let bucket = TALLY + (PER_LEVEL + here.lane) * BUCKETS + (here.workgroup.x + 7u * here.workgroup.y) % BUCKETS;
+    if here.lane < LEVELS {
+        let bucket = TALLY + here.lane * BUCKETS + (here.workgroup.x + 7u * here.workgroup.y) % BUCKETS;
         let count = atomicLoad(&counts[here.lane]);
         if count > 0u {
-            atomicAdd(&counters[bucket], count);
+            atomicAdd(&counters[bucket + CELLS_PER_LEVEL * BUCKETS], count);
+        }
+        let samples = count + select(0u, atomicLoad(&additional), here.lane == 0u);
+        if COUNTED && samples > 0u {
+            atomicAdd(&counters[bucket + SAMPLES_PER_LEVEL * BUCKETS], samples);
         }
     }
     if here.lane == 0u {
@@ -45,7 +50,7 @@ fn own(here: Tile) {
     }
 }
 
-fn further_samples(corner: vec2<u32>, level: u32) -> u32 {
+fn additional_samples(corner: vec2<u32>, level: u32) -> u32 {
     let half = 1u << (level - 1u);
     var count = 0u;
     for (var sample = 0u; sample < 3u; sample++) {

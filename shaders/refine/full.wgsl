@@ -13,7 +13,10 @@ fn full(here: Tile) {
     }
     let slot = append(here.lane, asks, QUERIES, frame.capacity);
     if here.lane == 0u {
-        atomicAdd(&counters[pixel_bucket(here.workgroup)], appended());
+        let bucket = pixel_bucket(here.workgroup);
+        atomicAdd(&counters[bucket], appended());
+        // As many cells as samples.
+        atomicAdd(&counters[bucket + (CELLS_PER_LEVEL - SAMPLES_PER_LEVEL) * BUCKETS], appended());
     }
     if slot == NONE {
         return;

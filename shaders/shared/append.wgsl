@@ -35,7 +35,7 @@ fn append(lane: u32, wants: bool, counter: u32, capacity: u32) -> u32 {
 
 // Where a workgroup counts its samples at pixels.
 fn pixel_bucket(workgroup: vec3<u32>) -> u32 {
-    return TALLY + PER_LEVEL * BUCKETS + (workgroup.x + 7u * workgroup.y) % BUCKETS;
+    return TALLY + SAMPLES_PER_LEVEL * BUCKETS + (workgroup.x + 7u * workgroup.y) % BUCKETS;
 }
 
 // How many of the workgroup wanted one.

@@ -18,6 +18,7 @@ const CELLS_LEFT: u32 = 7u;
 const PIXELS_SEEN: u32 = 8u;
 const TALLY: u32 = 16u;
 const BUCKETS: u32 = 64u;
-// Kinds of tallies: traced to refine, traced for irradiance alone, skipped; samples of each level.
+// Kinds of tallies: traced to refine, traced for irradiance alone, skipped; samples of each level, cells of each level.
 const SKIPPED: u32 = 2u;
-const PER_LEVEL: u32 = 3u;
+const SAMPLES_PER_LEVEL: u32 = 3u;
+const CELLS_PER_LEVEL: u32 = 11u;

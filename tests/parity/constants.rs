@@ -33,6 +33,8 @@ const PAIRS: &[Pair] = &[
     (("shared/arguments", "SIDE"), ("halflight-gpu/src/recorder.rs", "SIDE")),
     (("shared/counters", "TALLY"), (BUFFERS, "TALLY")),
     (("shared/counters", "BUCKETS"), (BUFFERS, "BUCKETS")),
+    (("shared/counters", "SAMPLES_PER_LEVEL"), (BUFFERS, "SAMPLES_PER_LEVEL")),
+    (("shared/counters", "CELLS_PER_LEVEL"), (BUFFERS, "CELLS_PER_LEVEL")),
     (("shared/counters", "EXPECTED"), (BUFFERS, "EXPECTED")),
     (("shared/counters", "ENERGY"), (BUFFERS, "ENERGY")),
 ];

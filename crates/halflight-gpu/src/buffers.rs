@@ -15,8 +15,11 @@ pub(crate) const BUCKETS: usize = 64;
 pub(crate) const EXPECTED: usize = 5;
 pub(crate) const ENERGY: usize = 6;
 
-/// Kinds of tallies: rays to refine, for irradiance alone and skipped, and samples of each level.
-const TALLIES: usize = 3 + frame::LEVELS;
+/// Kinds of tallies: rays to refine, for irradiance alone and skipped, samples of each level, cells of each level.
+const TALLIES: usize = CELLS_PER_LEVEL + frame::LEVELS;
+const _: () = assert!(SAMPLES_PER_LEVEL + frame::LEVELS == CELLS_PER_LEVEL);
+pub(crate) const SAMPLES_PER_LEVEL: usize = 3;
+pub(crate) const CELLS_PER_LEVEL: usize = 11;
 
 /// Dispatches whose size the device knows.
 const INDIRECT: u64 = 6;

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use halflight_core::stats::{FrameStats, StageTimes};
 
 use crate::GpuError;
-use crate::buffers::{BUCKETS, ENERGY, EXPECTED, TALLY};
+use crate::buffers::{BUCKETS, CELLS_PER_LEVEL, ENERGY, EXPECTED, SAMPLES_PER_LEVEL, TALLY};
 use crate::error::caught;
 use crate::frame::LEVELS;
 
@@ -177,7 +177,10 @@ impl PendingStats {
         };
         let mut frame = FrameStats::default();
         for (level, total) in frame.fragments.per_level.iter_mut().take(LEVELS).enumerate() {
-            *total = tally(3 + level);
+            *total = tally(SAMPLES_PER_LEVEL + level);
+        }
+        for (level, total) in frame.fragments.cells.iter_mut().take(LEVELS).enumerate() {
+            *total = tally(CELLS_PER_LEVEL + level);
         }
         frame.fragments.total = frame.fragments.per_level.iter().sum();
         (frame.rays.refine, frame.rays.last, frame.rays.skipped) = (tally(0), tally(1), tally(2));
