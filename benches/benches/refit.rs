@@ -4,6 +4,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use halflight::bvh::Bvh;
+use halflight::scene::Mesh;
 use halflight_benches::scene;
 
 fn bench(c: &mut Criterion) {
@@ -11,7 +12,7 @@ fn bench(c: &mut Criterion) {
     group.sample_size(10);
     for name in ["atrium", "tree"] {
         let (scene, bvh) = scene(name).unwrap();
-        let mut mesh = scene.mesh.clone();
+        let mut mesh = Mesh::clone(&scene.mesh);
         mesh.positions.iter_mut().for_each(|p| p.x += 0.005 * p.y * p.y);
         let mut moved = Bvh::clone(&bvh);
         group.bench_function(format!("{name} build"), |b| b.iter(|| Bvh::build(&mesh).unwrap()));

@@ -1,5 +1,6 @@
 //! What the benches share: bundled scenes at 640 × 480, ready to render.
 
+use halflight::prepared::PreparedScene;
 use std::sync::Arc;
 
 use halflight::bvh::Bvh;
@@ -33,7 +34,8 @@ pub fn warm(
 ) -> Result<Pipeline, Box<dyn std::error::Error>> {
     let refiner = RefinerConfig::named(refiner).ok_or("no refiner of this name")?;
     let config = PipelineConfig { width: WIDTH, height: HEIGHT, refiner, ..PipelineConfig::default() };
-    let mut pipeline = config.builder(Arc::clone(scene), Arc::clone(bvh)).build()?;
+    let mut pipeline =
+        config.builder(&PreparedScene::with_bvh(Scene::clone(scene), Arc::clone(bvh))?).build()?;
     pipeline.render()?;
     Ok(pipeline)
 }

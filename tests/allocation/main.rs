@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
@@ -41,6 +42,9 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
+/// Held by each test while it counts.
+static ALONE: Mutex<()> = Mutex::new(());
+
 /// Frames until all buffers have their sizes. The third needs none, but for threads that had nothing to do so far: which they are
 /// depends on the clock.
 const WARM: usize = 20;
@@ -50,7 +54,7 @@ const STILL: usize = 3;
 
 /// Renders until buffers have their sizes and frames ask for none; returns the peak of bytes held.
 fn render_warm(stage: &Stage, config: &PipelineConfig, what: &str) -> u64 {
-    let mut pipeline = config.builder(stage.scene.clone(), stage.bvh.clone()).build().unwrap();
+    let mut pipeline = config.builder(&stage.prepared).build().unwrap();
     let (mut asked, mut still, mut peak_bytes) = (0, 0, 0);
     let mut frames = 0..WARM;
     while still < STILL && frames.next().is_some() {
@@ -66,6 +70,7 @@ fn render_warm(stage: &Stage, config: &PipelineConfig, what: &str) -> u64 {
 
 #[test]
 fn a_warm_frame_allocates_no_buffer_and_holds_only_what_it_uses() {
+    let _alone = ALONE.lock();
     let stage = Stage::new(blocker_over_floor()).unwrap();
     let mut held = Vec::new();
     for &name in RefinerConfig::NAMES {
@@ -100,4 +105,24 @@ fn a_warm_frame_allocates_no_buffer_and_holds_only_what_it_uses() {
     // `full` has a mask a pixel and no pyramid; the refiners have a pyramid and fewer masks.
     let bytes = |name: &str| held.iter().find(|entry| entry.0 == name).unwrap().1;
     assert!(bytes("full") > 320 * 240 * 60 && bytes("sfvt-gass") < bytes("full"), "{held:?}");
+}
+
+#[test]
+fn moving_lights_and_cameras_allocates_nothing_that_grows_with_the_mesh() {
+    let _alone = ALONE.lock();
+    let stage = Stage::bundled("toys").unwrap();
+    let mesh = &stage.scene.mesh;
+    assert!(size_of_val(mesh.positions.as_slice()) > 16 * LARGE, "too small a mesh to tell");
+    let config = PipelineConfig { width: 64, height: 48, ..PipelineConfig::default() };
+    let mut pipeline = config.builder(&stage.prepared).build().unwrap();
+    let (mut lights, mut camera) = (stage.scene.lights.clone(), stage.scene.camera);
+    for _ in 0..10 {
+        let before = LARGE_BYTES.load(Ordering::Relaxed);
+        lights.iter_mut().for_each(|light| light.corner.x += 0.01);
+        camera.eye.y += 0.01;
+        pipeline.set_lights(&lights).unwrap();
+        pipeline.set_camera(camera).unwrap();
+        assert_eq!(LARGE_BYTES.load(Ordering::Relaxed), before);
+        pipeline.render().unwrap();
+    }
 }

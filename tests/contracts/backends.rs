@@ -1,7 +1,5 @@
 //! Every visibility backend works with every refiner; the exact ones give the same image, bit for bit.
 
-use std::sync::Arc;
-
 use halflight::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
 use halflight::cpu::brute_force::BruteForce;
 use halflight::frame::{Frame, LightSampling, Sharing};
@@ -50,8 +48,7 @@ fn exact_backends_say_what_brute_force_says() {
         let stage = Stage::bundled(name).unwrap();
         for kind in [PatternKind::ShiftedRows, PatternKind::Jittered] {
             let config = PipelineConfig { width: 6, height: 4, ..config("full", "bvh", kind, 4) };
-            let mut pipeline =
-                config.builder(Arc::clone(&stage.scene), Arc::clone(&stage.bvh)).build().unwrap();
+            let mut pipeline = config.builder(&stage.prepared).build().unwrap();
             pipeline.render().unwrap();
             let (gbuffer, pyramid, batch) =
                 (pipeline.gbuffer(), Pyramid::default(), pipeline.fragments().batch(0));

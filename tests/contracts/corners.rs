@@ -9,7 +9,7 @@ use halflight::frame::Frame;
 use halflight::irradiance::Shading;
 use halflight::mask::Purpose;
 use halflight::refine::Full;
-use halflight::stages::{Refiner, Visibility};
+use halflight::stages::{RefineOutput, Refiner, Visibility};
 use halflight_tests::{Stage, blocker_over_floor, nmse2};
 
 /// Cells of 4 × 4 pixels with a sample at each of their corners; cells beside the sky are single pixels.
@@ -22,7 +22,7 @@ impl Refiner for Corners {
         light: u32,
         visibility: &mut dyn Visibility,
         fragments: &mut Fragments,
-    ) {
+    ) -> RefineOutput<'_> {
         const LEVEL: u8 = 2;
         let gbuffer = frame.gbuffer;
         let batch = fragments.open_batch(frame.pattern, Purpose::Final);
@@ -67,6 +67,7 @@ impl Refiner for Corners {
             }
         }
         visibility.masks(frame, fragments.batch_mut(batch));
+        RefineOutput::default()
     }
 
     fn coarsest_level(&self) -> u8 {

@@ -8,7 +8,7 @@ use halflight::frame::{Frame, LightSampling, Sharing};
 use halflight::mask::{MaskBatch, Purpose};
 use halflight::pattern::{Pattern, PatternKind};
 use halflight::pipeline::PipelineError;
-use halflight::stages::{Refiner, Unsupported, Visibility};
+use halflight::stages::{RefineOutput, Refiner, Unsupported, Visibility};
 use halflight_tests::{Stage, blocker_over_floor};
 
 struct GridsOnly(BvhRays);
@@ -61,12 +61,13 @@ impl Refiner for Secretive {
         light: u32,
         visibility: &mut dyn Visibility,
         fragments: &mut Fragments,
-    ) {
+    ) -> RefineOutput<'_> {
         let pattern = Pattern { kind: PatternKind::Jittered, ..frame.pattern };
         let batch = fragments.open_batch(pattern, Purpose::Refine);
         let receiver = (0..frame.gbuffer.pixels()).find_map(|pixel| frame.gbuffer.receiver(pixel)).unwrap();
         fragments.batch_mut(batch).push(receiver.origin, receiver.normal, 0, frame.shared_key(light), None);
         visibility.masks(frame, fragments.batch_mut(batch));
+        RefineOutput::default()
     }
 }
 

@@ -8,6 +8,7 @@ mod corners;
 #[path = "../../crates/halflight/examples/custom_stages.rs"]
 mod custom_stages;
 mod grids_only;
+mod moving;
 mod packets;
 mod refusals;
 

@@ -2,41 +2,41 @@
 
 use std::sync::Arc;
 
-use halflight::bvh::{Bvh, BvhRays};
+use halflight::bvh::{Bvh, BvhError};
 use halflight::certificate::{Certificate, Region};
 use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight::fragment::{FragmentError, Fragments, Sample};
 use halflight::frame::Frame;
 use halflight::mask::{MaskBatch, Purpose};
 use halflight::pipeline::PipelineError;
+use halflight::prepared::PreparedScene;
 use halflight::refine::{DiscontinuityLimits, Lattice, LatticeConfig};
-use halflight::stages::{Refiner, Visibility};
+use halflight::scene::Scene;
+use halflight::stages::{RefineOutput, Refiner, Visibility};
 use halflight::upsample;
 use halflight_tests::{Stage, blocker_over_floor};
 
 #[test]
-fn a_hierarchy_over_another_mesh_is_refused() {
+fn a_bvh_over_another_mesh_is_refused() {
     let stage = Stage::new(blocker_over_floor()).unwrap();
     let larger = Stage::bundled("contact").unwrap();
     let mut moved = (*stage.scene).clone();
-    moved.mesh.positions[0].y += 0.25;
-    let foreign = |scene: &Stage, bvh: &Stage| {
-        let pipeline = PipelineConfig { width: 8, height: 6, ..PipelineConfig::default() };
-        pipeline.builder(scene.scene.clone(), bvh.bvh.clone()).build()
-    };
-    assert!(matches!(foreign(&stage, &larger), Err(PipelineError::ForeignBvh)));
-    assert!(matches!(foreign(&larger, &stage), Err(PipelineError::ForeignBvh)));
-    let moved = Stage::new(moved).unwrap();
-    assert!(matches!(foreign(&moved, &stage), Err(PipelineError::ForeignBvh)));
-    let mut pipeline = foreign(&stage, &stage).unwrap();
-    let before = pipeline.render().unwrap().irradiance.clone();
-    let rays = || Box::new(BvhRays::new(stage.bvh.clone()));
-    let swapped = pipeline.set_scene(moved.scene.clone(), stage.bvh.clone(), rays());
-    assert!(matches!(swapped, Err(PipelineError::ForeignBvh)));
-    pipeline.set_frame_index(0);
-    assert_eq!(pipeline.render().unwrap().irradiance, before, "the pipeline is as it was");
-    let bvh = Arc::new(Bvh::build(&moved.scene.mesh).unwrap());
-    pipeline.set_scene(moved.scene.clone(), bvh.clone(), Box::new(BvhRays::new(bvh))).unwrap();
+    Arc::make_mut(&mut moved.mesh).positions[0].y += 0.25;
+    let together = |scene: &Scene, bvh: &Arc<Bvh>| PreparedScene::with_bvh(scene.clone(), Arc::clone(bvh));
+    together(&stage.scene, &stage.bvh).unwrap();
+    for (scene, bvh) in [(&*stage.scene, &larger.bvh), (&*larger.scene, &stage.bvh), (&moved, &stage.bvh)] {
+        assert!(matches!(together(scene, bvh), Err(BvhError::Foreign)));
+    }
+    let mut broken = moved.clone();
+    Arc::make_mut(&mut broken.mesh).triangles[0][0] = 1000;
+    assert!(matches!(together(&broken, &stage.bvh), Err(BvhError::Mesh(_))));
+    // A mesh that cannot be followed leaves scene and BVH as they were.
+    let mut prepared = stage.prepared.clone();
+    assert!(prepared.move_mesh(Arc::clone(&larger.scene.mesh)).is_err());
+    assert!(prepared.move_mesh(broken.mesh).is_err());
+    assert!(prepared.bvh().is_over(&prepared.scene().mesh) && prepared.bvh().is_over(&stage.scene.mesh));
+    prepared.move_mesh(moved.mesh).unwrap();
+    assert!(prepared.bvh().is_over(&prepared.scene().mesh) && !prepared.bvh().is_over(&stage.scene.mesh));
 }
 
 #[test]
@@ -91,7 +91,13 @@ fn a_backend_from_outside_can_prove() {
 struct Cells(u32);
 
 impl Refiner for Cells {
-    fn refine(&mut self, frame: &Frame, _: u32, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
+    fn refine(
+        &mut self,
+        frame: &Frame,
+        _: u32,
+        visibility: &mut dyn Visibility,
+        fragments: &mut Fragments,
+    ) -> RefineOutput<'_> {
         let batch = fragments.open_batch(frame.pattern, Purpose::Final);
         visibility.masks(frame, fragments.batch_mut(batch));
         let sample = Sample { probes: 0, ..Sample::of_pixel(0, frame.gbuffer.width, 6, batch, 0) };
@@ -99,6 +105,7 @@ impl Refiner for Cells {
         for _ in 0..self.0 {
             fragments.push_cell(6, 0, 0, &[sample]);
         }
+        RefineOutput::default()
     }
 }
 

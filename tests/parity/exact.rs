@@ -11,6 +11,7 @@ use halflight::refine::{LatticeConfig, NicholsConfig, SfvtGassConfig};
 use halflight::scene::Scene;
 use halflight_gpu::{GpuError, Inputs, Inside, Renderer, Surfaces, required_limits};
 use halflight_tests::{Room, Stage, blocker_over_floor, quads};
+use std::sync::Arc;
 
 use crate::device::Bench;
 use crate::masks::compare;
@@ -51,7 +52,7 @@ fn stress() -> Scene {
     }
     let mut lights = scene.lights.clone();
     lights[0].two_sided = true;
-    Scene { mesh: quads(&list), lights, ..scene }
+    Scene { mesh: Arc::new(quads(&list)), lights, ..scene }
 }
 
 /// Queries that were left to rays.
@@ -88,7 +89,7 @@ fn receivers_at_the_plane_of_the_light_go_to_rays() {
     scene.lights[0].corner.y = 0.003;
     scene.lights[0].two_sided = true;
     let floor = (Vec3::new(-8.0, 0.0, -8.0), Vec3::X * 16.0, Vec3::Z * 16.0);
-    scene.mesh = quads(&[floor, (Vec3::new(1.0, -0.1, -0.5), Vec3::Y, Vec3::Z)]);
+    scene.mesh = Arc::new(quads(&[floor, (Vec3::new(1.0, -0.1, -0.5), Vec3::Y, Vec3::Z)]));
     let mut twins = Twins::of(&bench, Stage::new(scene).unwrap(), &raster4d(), true);
     let (flips, rays) = compare(&bench, &twins).unwrap();
     let (all, left) = (twins.cpu.fragments().batch(0).len(), spilled(&bench, &twins.gpu));
@@ -107,7 +108,7 @@ fn what_is_dropped_is_found() {
         assert!(compare(&bench, &twins).is_ok());
         // Every twentieth triangle is lost.
         let mut lossy = stress();
-        let mesh = &mut lossy.mesh;
+        let mesh = Arc::make_mut(&mut lossy.mesh);
         let kept: Vec<usize> = (0..mesh.triangles.len()).filter(|triangle| triangle % 20 != 7).collect();
         mesh.triangles = kept.iter().map(|&triangle| mesh.triangles[triangle]).collect();
         mesh.material_ids = kept.iter().map(|&triangle| mesh.material_ids[triangle]).collect();

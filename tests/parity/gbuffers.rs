@@ -5,6 +5,7 @@ use halflight::glam::{Vec2, Vec3};
 use halflight::irradiance::Shading;
 use halflight::scene::{Material, Scene, Texture};
 use halflight_tests::{Stage, blocker_over_floor};
+use std::sync::Arc;
 
 use crate::device::Bench;
 use crate::scenes::{SCENES, Twins, full};
@@ -66,7 +67,7 @@ fn textures_are_decoded_and_placed_alike() {
         texels: (first..first + width * height).map(texel).collect(),
     };
     let mut scene: Scene = blocker_over_floor();
-    let mesh = &mut scene.mesh;
+    let mesh = Arc::make_mut(&mut scene.mesh);
     mesh.textures = vec![texture(32, 8, 0), texture(3, 2, 100)];
     mesh.materials = vec![
         Material { albedo: Vec3::ONE, texture: Some(0) },

@@ -1,7 +1,7 @@
 //! Sizes, several lights and frames, and what is refused.
 
+use halflight::camera::View;
 use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
-use halflight::cpu::gbuffer::View;
 use halflight::glam::Vec4;
 use halflight::irradiance::Shading;
 use halflight::light::AreaLight;
@@ -9,6 +9,7 @@ use halflight::refine::LatticeConfig;
 use halflight::scene::{Mesh, Scene};
 use halflight_gpu::{GpuError, Inputs, Renderer, Surfaces, shader_module, wgpu};
 use halflight_tests::{Stage, blocker_over_floor};
+use std::sync::Arc;
 
 use crate::device::Bench;
 use crate::scenes::{Twins, bundled, full};
@@ -77,7 +78,7 @@ fn lights_are_summed() {
 #[test]
 fn scenes_without_triangles_are_dark() {
     let Some(bench) = Bench::open() else { return };
-    let scene = Scene { mesh: Mesh::default(), ..blocker_over_floor() };
+    let scene = Scene { mesh: Arc::new(Mesh::default()), ..blocker_over_floor() };
     let mut gpu = bench.renderer(&scene, &full(20, 10, Shading::Ratio)).unwrap();
     bench.render(&mut gpu, &Inputs::default());
     let image: Vec<[f32; 4]> = bench.read(gpu.image());

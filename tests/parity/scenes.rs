@@ -70,7 +70,7 @@ impl Twins {
 
     /// The same for any scene.
     pub(crate) fn of(bench: &Bench, stage: Stage, config: &PipelineConfig, kept: bool) -> Self {
-        let mut cpu = config.builder(stage.scene.clone(), stage.bvh.clone()).build().unwrap();
+        let mut cpu = config.builder(&stage.prepared).build().unwrap();
         cpu.render().unwrap();
         let gpu = bench.renderer(&stage.scene, config).unwrap();
         let mut twins = Self { stage, cpu, gpu, kept };

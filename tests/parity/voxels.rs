@@ -14,6 +14,7 @@ use halflight::scene::Mesh;
 use halflight::stages::Visibility;
 use halflight::voxel::{Frustum, Traversal, VoxelConfig, Voxels, turned};
 use halflight_gpu::{Inputs, Inside, Surfaces};
+use std::sync::Arc;
 
 use halflight_tests::{Stage, blocker_over_floor, quads};
 
@@ -144,7 +145,7 @@ fn voxels_are_set_as_on_the_cpu() {
     // A floor that is much larger than what is seen of it, whose voxels end at a slant.
     let mut scene = blocker_over_floor();
     let floor = (Vec3::new(-1e3, 0.0, -1e3), Vec3::Z * 2e3, Vec3::X * 2e3);
-    scene.mesh = quads(&[floor, (Vec3::new(-0.5, 1.0, -0.5), Vec3::Z, Vec3::X)]);
+    scene.mesh = Arc::new(quads(&[floor, (Vec3::new(-0.5, 1.0, -0.5), Vec3::Z, Vec3::X)]));
     let mut twins = Twins::of(&bench, Stage::new(scene).unwrap(), &marching(config), true);
     let [differ, strange, all] = compare_voxels(&bench, &twins, config);
     assert!(all > 1000 && differ * 100 <= all && strange == 0, "{differ} and {strange} of {all}");
@@ -193,8 +194,8 @@ fn wrong_voxels_are_found() {
     let mut twins = Twins::of(&bench, Stage::new(blocker_over_floor()).unwrap(), &marching(config), true);
     assert_eq!(compare_voxels(&bench, &twins, config)[1], 0);
     let mut lossy = blocker_over_floor();
-    lossy.mesh.triangles.pop();
-    lossy.mesh.material_ids.pop();
+    Arc::make_mut(&mut lossy.mesh).triangles.pop();
+    Arc::make_mut(&mut lossy.mesh).material_ids.pop();
     twins.gpu = bench.renderer(&lossy, &marching(config)).unwrap();
     bench.keep(&twins.gpu, twins.cpu.gbuffer());
     bench.render(&mut twins.gpu, &Inputs { surfaces: Surfaces::Kept, ..Inputs::default() });

@@ -10,6 +10,7 @@ use halflight::pattern::PatternKind;
 use halflight::scene::Camera;
 use halflight::unshadowed::unshadowed;
 use halflight_tests::{Room, Stage, nmse2};
+use std::sync::Arc;
 
 fn config(visibility: &str, refiner: RefinerConfig, upsampler: UpsamplerConfig) -> PipelineConfig {
     let visibility = VisibilityConfig::named(visibility).unwrap();
@@ -28,7 +29,7 @@ fn config(visibility: &str, refiner: RefinerConfig, upsampler: UpsamplerConfig) 
 
 /// The least and the greatest share of the unshadowed light that the floor gets.
 fn shares(stage: &Stage, config: &PipelineConfig) -> (f32, f32) {
-    let mut pipeline = config.builder(stage.scene.clone(), stage.bvh.clone()).build().unwrap();
+    let mut pipeline = config.builder(&stage.prepared).build().unwrap();
     let image = pipeline.render().unwrap().clone();
     let (mut range, mut count) = ((f32::INFINITY, f32::NEG_INFINITY), 0);
     for pixel in 0..image.irradiance.len() {
@@ -121,7 +122,7 @@ fn lights_and_triangles_are_named() {
         (Vec3::new(-4.0, 2.0, -0.1), Vec3::X * 8.0, Vec3::Y),
         (Vec3::new(-4.0, 2.5, -4.0), Vec3::new(8.0, 0.001, 0.0), Vec3::Z * 8.0),
     ] {
-        scene.mesh = halflight_tests::quads(&[(corner, u, v)]);
+        scene.mesh = Arc::new(halflight_tests::quads(&[(corner, u, v)]));
         assert!(separate_lights(&scene, None).1.is_empty(), "{corner}");
     }
 }
@@ -130,24 +131,24 @@ fn lights_and_triangles_are_named() {
 fn both_sides_of_a_light_in_a_surface_shine() {
     // A two-sided light in a slab between two floors, and the same without the slab.
     let mut scene = Room { height: 2.0, cover: 1.0, two_sided: true, ..Room::default() }.scene();
-    scene
-        .mesh
-        .positions
-        .extend([(-4.0, -4.0), (-4.0, 4.0), (4.0, 4.0), (4.0, -4.0)].map(|(x, z)| Vec3::new(x, 4.0, z)));
-    scene.mesh.normals.extend([Vec3::NEG_Y; 4]);
-    scene.mesh.uvs.extend([halflight::glam::Vec2::ZERO; 4]);
-    let first = scene.mesh.positions.len() as u32 - 4;
-    scene.mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
-    scene.mesh.material_ids.extend([0, 0]);
+    let mesh = Arc::make_mut(&mut scene.mesh);
+    let corners = [(-4.0, -4.0), (-4.0, 4.0), (4.0, 4.0), (4.0, -4.0)];
+    mesh.positions.extend(corners.map(|(x, z)| Vec3::new(x, 4.0, z)));
+    mesh.normals.extend([Vec3::NEG_Y; 4]);
+    mesh.uvs.extend([halflight::glam::Vec2::ZERO; 4]);
+    let first = mesh.positions.len() as u32 - 4;
+    mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    mesh.material_ids.extend([0, 0]);
     scene.camera = Camera {
         eye: Vec3::new(0.0, 2.2, 8.0),
         target: Vec3::new(0.0, 2.0, 0.0),
         up: Vec3::Y,
         fov_y_deg: 60.0,
+        ..Camera::default()
     };
     let mut open = scene.clone();
-    open.mesh.triangles.drain(2..4);
-    open.mesh.material_ids.drain(2..4);
+    Arc::make_mut(&mut open.mesh).triangles.drain(2..4);
+    Arc::make_mut(&mut open.mesh).material_ids.drain(2..4);
     let [with, without] = [scene, open].map(|scene| {
         let stage = Stage::new(scene).unwrap();
         stage.render(&config("bvh", RefinerConfig::Full, UpsamplerConfig::Lattice)).unwrap()

@@ -49,7 +49,7 @@ fn z_scores(
             seed,
             ..PipelineConfig::default()
         };
-        let mut pipeline = config.builder(stage.scene.clone(), stage.bvh.clone()).build().unwrap();
+        let mut pipeline = config.builder(&stage.prepared).build().unwrap();
         let image = pipeline.render().unwrap();
         for (pixel, value) in image.irradiance.iter().enumerate() {
             sum[pixel] += f64::from(value.x);

@@ -39,7 +39,7 @@ fn ratio_shading_is_exact_for_every_refiner_and_upsampler() {
                 shading: Shading::Ratio,
                 ..PipelineConfig::default()
             };
-            let mut pipeline = config.builder(stage.scene.clone(), stage.bvh.clone()).build().unwrap();
+            let mut pipeline = config.builder(&stage.prepared).build().unwrap();
             let image = pipeline.render().unwrap().clone();
             let gbuffer = pipeline.gbuffer();
             let radiance = f64::from(stage.scene.lights[0].radiance.x);

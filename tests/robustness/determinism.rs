@@ -30,7 +30,7 @@ fn images_are_identical_for_one_two_and_eight_threads() {
                 ..PipelineConfig::default()
             };
             let render = |threads| {
-                let builder = config.builder(stage.scene.clone(), stage.bvh.clone()).threads(threads);
+                let builder = config.builder(&stage.prepared).threads(threads);
                 let mut pipeline = builder.build().unwrap();
                 // The second frame, so that reused buffers are covered too.
                 pipeline.render().unwrap();
@@ -47,7 +47,7 @@ fn images_are_identical_for_one_two_and_eight_threads() {
 fn frames_and_seeds_differ_and_repeat() {
     let stage = Stage::new(blocker_over_floor()).unwrap();
     let config = PipelineConfig { width: 64, height: 48, ..PipelineConfig::default() };
-    let mut pipeline = config.builder(stage.scene.clone(), stage.bvh.clone()).build().unwrap();
+    let mut pipeline = config.builder(&stage.prepared).build().unwrap();
     let first = bits(&pipeline.render().unwrap().irradiance);
     let second = bits(&pipeline.render().unwrap().irradiance);
     assert_ne!(first, second, "another frame has other light samples");

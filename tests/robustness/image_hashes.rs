@@ -53,7 +53,7 @@ fn hashes(scene: &str) -> String {
                             sampling: LightSampling { kind, ..LightSampling::default() },
                             ..PipelineConfig::default()
                         };
-                        let builder = config.builder(stage.scene.clone(), stage.bvh.clone()).threads(threads);
+                        let builder = config.builder(&stage.prepared).threads(threads);
                         state = hash(state, &builder.build().unwrap().render().unwrap().irradiance);
                     }
                 }

@@ -5,6 +5,7 @@ use halflight::glam::Vec3;
 use halflight::irradiance::Shading;
 use halflight::scene::Scene;
 use halflight_tests::{Stage, blocker_over_floor, nmse2, square_light};
+use std::sync::Arc;
 
 fn config(refiner: RefinerConfig) -> PipelineConfig {
     PipelineConfig { width: 96, height: 72, refiner, shading: Shading::Ratio, ..PipelineConfig::default() }
@@ -13,7 +14,7 @@ fn config(refiner: RefinerConfig) -> PipelineConfig {
 fn transformed(scale: f32, offset: Vec3) -> Scene {
     let mut scene = blocker_over_floor();
     let place = |p: Vec3| p * scale + offset;
-    for position in &mut scene.mesh.positions {
+    for position in &mut Arc::make_mut(&mut scene.mesh).positions {
         *position = place(*position);
     }
     for light in &mut scene.lights {
@@ -43,8 +44,8 @@ fn scale_and_place_do_not_change_the_image() {
     assert!(error < 5e-3, "moved by 1e5: {error}");
     // The comparison would notice a scene without its blocker.
     let mut bare = blocker_over_floor();
-    bare.mesh.triangles.truncate(2);
-    bare.mesh.material_ids.truncate(2);
+    Arc::make_mut(&mut bare.mesh).triangles.truncate(2);
+    Arc::make_mut(&mut bare.mesh).material_ids.truncate(2);
     let error = nmse2(&Stage::new(bare).unwrap().render(&full).unwrap(), &expected);
     assert!(error > 1e-2, "{error}");
 }

@@ -21,7 +21,7 @@ fn check(
         shading,
         ..PipelineConfig::default()
     };
-    let mut pipeline = config.builder(stage.scene.clone(), stage.bvh.clone()).layers(true).build().unwrap();
+    let mut pipeline = config.builder(&stage.prepared).layers(true).build().unwrap();
     let image = pipeline.render().unwrap().clone();
     let name = format!("{width}x{height} {refiner} {upsampler:?} {shading:?}");
     assert_eq!(image.irradiance.len(), (width * height) as usize);

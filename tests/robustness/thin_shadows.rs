@@ -8,13 +8,14 @@ use halflight::pipeline::Image;
 use halflight::refine::LatticeConfig;
 use halflight::scene::Scene;
 use halflight_tests::{Stage, blocker_over_floor, quads, square_light};
+use std::sync::Arc;
 
 /// A floor seen from above, with what is between it and a light.
 fn over_floor(things: &[(Vec3, Vec3, Vec3)], light: f32) -> Scene {
     let mut all = vec![(Vec3::new(-10.0, 0.0, -10.0), Vec3::Z * 20.0, Vec3::X * 20.0)];
     all.extend_from_slice(things);
     Scene {
-        mesh: quads(&all),
+        mesh: Arc::new(quads(&all)),
         lights: vec![square_light(Vec3::new(0.0, 4.0, 0.0), light)],
         ..blocker_over_floor()
     }
@@ -44,7 +45,7 @@ fn missed(stage: &Stage, certify: bool) -> (usize, f64) {
             sampling: LightSampling { count: 64, kind: PatternKind::Jittered, sharing: Sharing::Receiver },
             ..PipelineConfig::default()
         };
-        let builder = config.builder(stage.scene.clone(), stage.bvh.clone());
+        let builder = config.builder(&stage.prepared);
         builder.layers(true).build().unwrap().render().unwrap().clone()
     };
     let truth = render(RefinerConfig::Full);

@@ -7,6 +7,7 @@ use halflight::config::PipelineConfig;
 use halflight::glam::{DQuat, DVec3, Vec2, Vec3};
 use halflight::light::AreaLight;
 use halflight::pipeline::{Image, Pipeline, PipelineBuilder};
+use halflight::prepared::PreparedScene;
 use halflight::scene::{Camera, Material, Mesh, Scene};
 
 /// Whatever goes wrong while a test is set up.
@@ -19,6 +20,8 @@ pub struct Stage {
     pub scene: Arc<Scene>,
     /// Its BVH.
     pub bvh: Arc<Bvh>,
+    /// Both together.
+    pub prepared: PreparedScene,
 }
 
 impl Stage {
@@ -27,8 +30,8 @@ impl Stage {
     /// # Errors
     /// The mesh cannot be used.
     pub fn new(scene: Scene) -> Result<Self, SetupError> {
-        let bvh = Bvh::build(&scene.mesh)?;
-        Ok(Self { scene: Arc::new(scene), bvh: Arc::new(bvh) })
+        let prepared = PreparedScene::new(scene)?;
+        Ok(Self { scene: Arc::new(prepared.scene().clone()), bvh: Arc::clone(prepared.bvh()), prepared })
     }
 
     /// A bundled scene.
@@ -41,7 +44,7 @@ impl Stage {
 
     /// A pipeline builder for the scene.
     pub fn builder(&self) -> PipelineBuilder {
-        Pipeline::builder(Arc::clone(&self.scene), Arc::clone(&self.bvh))
+        Pipeline::builder(&self.prepared)
     }
 
     /// Renders one frame of a configuration.
@@ -49,7 +52,7 @@ impl Stage {
     /// # Errors
     /// The pipeline cannot be built.
     pub fn render(&self, config: &PipelineConfig) -> Result<Image, SetupError> {
-        let mut pipeline = config.builder(Arc::clone(&self.scene), Arc::clone(&self.bvh)).build()?;
+        let mut pipeline = config.builder(&self.prepared).build()?;
         Ok(pipeline.render()?.clone())
     }
 }
@@ -72,16 +75,17 @@ pub fn quads(list: &[(Vec3, Vec3, Vec3)]) -> Mesh {
 /// penumbra and open floor, and sky above the horizon.
 pub fn blocker_over_floor() -> Scene {
     Scene {
-        mesh: quads(&[
+        mesh: Arc::new(quads(&[
             (Vec3::new(-10.0, 0.0, -10.0), Vec3::Z * 20.0, Vec3::X * 20.0),
             (Vec3::new(-0.5, 1.0, -0.5), Vec3::Z, Vec3::X),
-        ]),
+        ])),
         lights: vec![square_light(Vec3::new(0.0, 4.0, 0.0), 1.0)],
         camera: Camera {
             eye: Vec3::new(0.5, 3.0, 5.0),
             target: Vec3::new(0.0, 0.2, 0.0),
             up: Vec3::Y,
             fov_y_deg: 50.0,
+            ..Camera::default()
         },
     }
 }
@@ -152,8 +156,9 @@ impl Room {
             target: place(DVec3::new(0.0, 0.0, 0.5)).as_vec3(),
             up: (self.turn * DVec3::Y).as_vec3(),
             fov_y_deg: 40.0,
+            ..Camera::default()
         };
-        Scene { mesh, lights: vec![light], camera }
+        Scene { mesh: Arc::new(mesh), lights: vec![light], camera }
     }
 }
 

@@ -95,11 +95,14 @@ fn render(
     let time_s = f64::from(frame) / job.args.fps;
     job.check(Some(Moment::numbered(frame)))?;
     let scene = Arc::new(animation.at(&still.scene, time_s as f32));
-    let bvh = match animation.moves_triangles() {
-        true => Arc::new(still.bvh.follow(&scene.mesh)?),
-        false => Arc::clone(&still.bvh),
-    };
-    pipeline.set_scene(Arc::clone(&scene), Arc::clone(&bvh), job.config.visibility.stage(&bvh)?)?;
+    let mut prepared = still.prepared.clone();
+    if animation.moves_triangles() {
+        prepared.move_mesh(Arc::clone(&scene.mesh))?;
+    }
+    prepared.set_lights(scene.lights.clone());
+    prepared.set_camera(scene.camera);
+    let bvh = Arc::clone(prepared.bvh());
+    pipeline.set_scene(&prepared, job.config.visibility.stage(&bvh)?)?;
     let moment = Moment { frame, time_s, move_ms: start.elapsed().as_secs_f64() * 1e3 };
     // The same light samples in all frames.
     pipeline.set_frame_index(0);

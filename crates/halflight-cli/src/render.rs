@@ -133,7 +133,7 @@ pub(crate) fn run(mut args: Render) -> Outcome {
         let frame = Frame { image, gbuffer, fragments: None };
         return job.finish(&frame, &ready);
     }
-    let builder = config.builder(Arc::clone(&ready.scene), Arc::clone(&ready.bvh));
+    let builder = config.builder(&ready.prepared);
     let mut pipeline = builder.layers(args.out.is_some()).build()?;
     job.check_memory()?;
     if let Some(frames) = &args.frames {

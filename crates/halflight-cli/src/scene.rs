@@ -6,6 +6,7 @@ use std::sync::Arc;
 use halflight_core::scene::Scene;
 use halflight_cpu::bvh::Bvh;
 use halflight_cpu::flush;
+use halflight_cpu::prepared::PreparedScene;
 use halflight_lab::program::say;
 use halflight_scene::{Animation, LoadReport};
 
@@ -13,6 +14,7 @@ use halflight_scene::{Animation, LoadReport};
 pub(crate) struct Ready {
     pub(crate) scene: Arc<Scene>,
     pub(crate) bvh: Arc<Bvh>,
+    pub(crate) prepared: PreparedScene,
     pub(crate) animation: Option<Animation>,
     pub(crate) report: LoadReport,
 }
@@ -23,12 +25,18 @@ pub(crate) fn load(name_or_path: &str) -> Result<Ready, Box<dyn std::error::Erro
     for warning in &loaded.report.warnings {
         say(&format!("warning: {warning}"));
     }
-    let bvh = Bvh::build(&loaded.scene.mesh)?;
-    for flush in flush::separate_lights(&loaded.scene, Some(&bvh)).1 {
+    let prepared = PreparedScene::new(loaded.scene.clone())?;
+    for flush in flush::separate_lights(prepared.scene(), Some(prepared.bvh())).1 {
         say(&format!("warning: {flush}"));
     }
-    let halflight_scene::Loaded { scene, animation, report } = loaded;
-    Ok(Ready { scene: Arc::new(scene), bvh: Arc::new(bvh), animation, report })
+    let halflight_scene::Loaded { animation, report, .. } = loaded;
+    Ok(Ready {
+        scene: Arc::new(prepared.scene().clone()),
+        bvh: Arc::clone(prepared.bvh()),
+        prepared,
+        animation,
+        report,
+    })
 }
 
 /// A scene's name for files: a bundled name, or the scene file's without its ending.

@@ -1,6 +1,11 @@
-//! What each pixel sees.
+//! G-buffers: the nearest surface at each pixel.
+
+use std::ops::RangeInclusive;
 
 use glam::{DVec3, Vec3};
+
+use crate::camera::{Camera, View};
+use crate::scene::MAX_COORDINATE;
 
 /// Marks a pixel that sees no geometry.
 pub const NO_PRIMITIVE: u32 = u32::MAX;
@@ -34,7 +39,163 @@ pub struct GBuffer {
     pub primitive: Vec<u32>,
 }
 
+/// Faults of a G-buffer that a caller brings.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GBufferError {
+    /// A layer has another number of entries than the image has pixels.
+    #[error("the G-buffer's {layer} has {found} entries, expected one a pixel: {expected}")]
+    Length {
+        /// Name of the layer.
+        layer: &'static str,
+        /// Its number of entries.
+        found: usize,
+        /// Number of pixels.
+        expected: usize,
+    },
+    /// A pixel that sees a surface has no usable point, normal or depth.
+    #[error("the G-buffer's {layer} at pixel ({x}, {y}) is {fault}")]
+    Pixel {
+        /// Name of the layer.
+        layer: &'static str,
+        /// Column from the left.
+        x: u32,
+        /// Row from the top.
+        y: u32,
+        /// Reason, and the valid range.
+        fault: &'static str,
+    },
+    /// The image has another size.
+    #[error("the G-buffer has {}x{} pixels, the image {}x{}", found.0, found.1, expected.0, expected.1)]
+    Size {
+        /// Width and height of the G-buffer.
+        found: (u32, u32),
+        /// Width and height of the image.
+        expected: (u32, u32),
+    },
+}
+
+/// Lengths that count as 1.
+const UNIT_LENGTH: RangeInclusive<f32> = 0.999..=1.001;
+
+/// Surface points of a caller's G-buffer, one a pixel, row by row from the top left.
+#[derive(Clone, Copy, Debug)]
+pub enum SurfacePoints<'a> {
+    /// World-space points.
+    Positions(&'a [Vec3]),
+    /// Distances along the view direction, metres.
+    Depths(&'a [f32]),
+}
+
 impl GBuffer {
+    /// Returns the G-buffer that a renderer of the caller's has drawn of `camera`'s view.
+    ///
+    /// `normals` are geometric unit normals towards the viewer, world space; zero where nothing is seen. `albedo` is linear RGB, 1
+    /// where there is none. Points are moved off their surfaces by [`given_origin`]. Triangles are not known: every pixel has a
+    /// number of its own, and refiners and upsamplers compare pixels by where their surfaces lie. Points must be rounded no worse
+    /// than single precision does.
+    ///
+    /// # Errors
+    /// A layer has the wrong length; or a pixel that sees something has a point, normal or albedo that cannot be used.
+    pub fn from_surfaces(
+        camera: &Camera,
+        (width, height): (u32, u32),
+        points: SurfacePoints,
+        normals: &[Vec3],
+        albedo: Option<&[Vec3]>,
+    ) -> Result<Self, GBufferError> {
+        let expected = width as usize * height as usize;
+        let (layer, found) = match points {
+            SurfacePoints::Positions(points) => ("position", points.len()),
+            SurfacePoints::Depths(depths) => ("depth", depths.len()),
+        };
+        let lengths =
+            [(layer, found), ("normal", normals.len()), ("albedo", albedo.map_or(expected, <[Vec3]>::len))];
+        if let Some(&(layer, found)) = lengths.iter().find(|(_, found)| *found != expected) {
+            return Err(GBufferError::Length { layer, found, expected });
+        }
+        let view = View::new(camera, width, height);
+        let mut gbuffer = Self::default();
+        gbuffer.reset(width, height);
+        for (pixel, &normal) in normals.iter().enumerate() {
+            if normal == Vec3::ZERO {
+                continue;
+            }
+            let (x, y) = (pixel as u32 % width, pixel as u32 / width);
+            let refuse = |layer, fault| Err(GBufferError::Pixel { layer, x, y, fault });
+            if !UNIT_LENGTH.contains(&normal.length()) {
+                return refuse("normal", "neither zero nor of length 1");
+            }
+            let (point, depth) = match points {
+                SurfacePoints::Positions(points) => {
+                    let point = points[pixel].as_dvec3();
+                    (point, (point - view.eye.as_dvec3()).dot(view.forward) as f32)
+                }
+                SurfacePoints::Depths(depths) => {
+                    let d = view.direction(x as usize, y as usize).as_dvec3();
+                    (view.eye.as_dvec3() + d * f64::from(depths[pixel]), depths[pixel])
+                }
+            };
+            if !(0.0..f64::from(MAX_COORDINATE)).contains(&point.abs().max_element()) {
+                return refuse(layer, "not finite or 1e8 m or more from the origin");
+            }
+            if depth.is_nan() || depth <= 0.0 {
+                return refuse(layer, "behind the camera");
+            }
+            let albedo = albedo.map_or(Vec3::ONE, |albedo| albedo[pixel]);
+            if !(albedo.is_finite() && albedo.min_element() >= 0.0) {
+                return refuse("albedo", "negative or not finite");
+            }
+            gbuffer.depth[pixel] = depth;
+            gbuffer.position[pixel] = given_origin(point, normal, depth);
+            gbuffer.normal[pixel] = normal;
+            gbuffer.albedo[pixel] = albedo;
+            gbuffer.primitive[pixel] = pixel as u32;
+        }
+        Ok(gbuffer)
+    }
+
+    /// Checks that every layer has one entry a pixel and that pixels which see something have finite points, unit normals and a
+    /// positive depth.
+    ///
+    /// # Errors
+    /// The first fault found.
+    pub fn validate(&self) -> Result<(), GBufferError> {
+        let expected = self.width as usize * self.height as usize;
+        let lengths = [
+            ("depth", self.depth.len()),
+            ("position", self.position.len()),
+            ("normal", self.normal.len()),
+            ("albedo", self.albedo.len()),
+            ("primitive", self.primitive.len()),
+        ];
+        if let Some((layer, found)) = lengths.into_iter().find(|(_, found)| *found != expected) {
+            return Err(GBufferError::Length { layer, found, expected });
+        }
+        let seen = (0..expected).filter(|&pixel| self.is_receiver(pixel));
+        let fault = |pixel: usize| {
+            let (normal, point) = (self.normal[pixel], self.position[pixel]);
+            if !UNIT_LENGTH.contains(&normal.length()) {
+                Some(("normal", "not of length 1"))
+            } else if !(0.0..2.0 * MAX_COORDINATE).contains(&point.abs().max_element()) {
+                Some(("position", "not finite or 1e8 m or more from the origin"))
+            } else if !(self.depth[pixel] > 0.0 && self.depth[pixel].is_finite()) {
+                Some(("depth", "not above 0 and finite"))
+            } else if !(self.albedo[pixel].is_finite() && self.albedo[pixel].min_element() >= 0.0) {
+                Some(("albedo", "negative or not finite"))
+            } else {
+                None
+            }
+        };
+        for pixel in seen {
+            if let Some((layer, fault)) = fault(pixel) {
+                let (x, y) = (pixel as u32 % self.width, pixel as u32 / self.width);
+                return Err(GBufferError::Pixel { layer, x, y, fault });
+            }
+        }
+        Ok(())
+    }
+
     /// Sets the size and makes every pixel see nothing; keeps the memory.
     pub fn reset(&mut self, width: u32, height: u32) {
         let pixels = width as usize * height as usize;
@@ -101,4 +262,79 @@ pub fn receiver_origin(point: DVec3, normal: Vec3, extent: f32) -> Vec3 {
     const UNIT: f64 = 1.0 / 16_777_216.0;
     let size = point.abs().max_element() + f64::from(extent) * (1.0 / 4096.0);
     (point + normal.as_dvec3() * (12.0 * UNIT * size)).as_vec3()
+}
+
+/// Returns where shadow rays of a surface point start whose triangle is not known: as [`receiver_origin`], by an offset of
+/// u · (12 · largest coordinate + 8 · depth) with u = 2⁻²⁴, which also covers the rounding of depths to single precision.
+#[inline]
+pub fn given_origin(point: DVec3, normal: Vec3, depth: f32) -> Vec3 {
+    const UNIT: f64 = 1.0 / 16_777_216.0;
+    let offset = UNIT * (12.0 * point.abs().max_element() + 8.0 * f64::from(depth));
+    (point + normal.as_dvec3() * offset).as_vec3()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: (u32, u32) = (4, 3);
+
+    fn floor() -> (Camera, Vec<f32>, Vec<Vec3>) {
+        let camera = Camera { eye: Vec3::Y, target: Vec3::new(0.0, 0.0, -2.0), ..Camera::default() };
+        let view = View::new(&camera, SIZE.0, SIZE.1);
+        let hits = |pixel: usize| {
+            let d = view.direction(pixel % 4, pixel / 4);
+            if d.y < 0.0 { (-1.0 / d.y, Vec3::Y) } else { (0.0, Vec3::ZERO) }
+        };
+        let (depths, normals) = (0..12).map(hits).unzip();
+        (camera, depths, normals)
+    }
+
+    #[test]
+    fn points_and_depths_give_the_same_surfaces() {
+        let (camera, depths, normals) = floor();
+        let view = View::new(&camera, SIZE.0, SIZE.1);
+        let point = |pixel: usize| view.eye + view.direction(pixel % 4, pixel / 4) * depths[pixel];
+        let points: Vec<Vec3> = (0..12).map(point).collect();
+        let by_depth =
+            GBuffer::from_surfaces(&camera, SIZE, SurfacePoints::Depths(&depths), &normals, None).unwrap();
+        let by_point =
+            GBuffer::from_surfaces(&camera, SIZE, SurfacePoints::Positions(&points), &normals, None).unwrap();
+        by_depth.validate().unwrap();
+        assert!((0..12).any(|pixel| by_depth.is_receiver(pixel)));
+        for (pixel, &normal) in normals.iter().enumerate() {
+            assert_eq!(by_depth.is_receiver(pixel), normal != Vec3::ZERO);
+            assert_eq!(by_point.is_receiver(pixel), by_depth.is_receiver(pixel));
+            let (a, b) = (by_depth.position[pixel], by_point.position[pixel]);
+            assert!(a.distance(b) < 1e-6, "{a} {b}");
+            assert!(
+                !by_depth.is_receiver(pixel) || (by_depth.depth[pixel] - by_point.depth[pixel]).abs() < 1e-5
+            );
+        }
+    }
+
+    #[test]
+    fn faults_are_named() {
+        let (camera, depths, normals) = floor();
+        let of = |depths: &[f32], normals: &[Vec3], albedo: Option<&[Vec3]>| {
+            GBuffer::from_surfaces(&camera, SIZE, SurfacePoints::Depths(depths), normals, albedo).unwrap_err()
+        };
+        let length = GBufferError::Length { layer: "normal", found: 11, expected: 12 };
+        assert_eq!(of(&depths, &normals[1..], None), length);
+        let pixel = |layer, fault| GBufferError::Pixel { layer, x: 3, y: 2, fault };
+        let changed = |value| [&depths[..11], &[value]].concat();
+        assert_eq!(
+            of(&changed(f32::NAN), &normals, None),
+            pixel("depth", "not finite or 1e8 m or more from the origin")
+        );
+        assert_eq!(of(&changed(-1.0), &normals, None), pixel("depth", "behind the camera"));
+        let long = [&normals[..11], &[Vec3::Y * 2.0]].concat();
+        assert_eq!(of(&depths, &long, None), pixel("normal", "neither zero nor of length 1"));
+        let dark = [&[Vec3::ONE; 11][..], &[-Vec3::ONE]].concat();
+        assert_eq!(of(&depths, &normals, Some(&dark)), pixel("albedo", "negative or not finite"));
+        let mut gbuffer =
+            GBuffer::from_surfaces(&camera, SIZE, SurfacePoints::Depths(&depths), &normals, None).unwrap();
+        gbuffer.depth[11] = 0.0;
+        assert_eq!(gbuffer.validate().unwrap_err(), pixel("depth", "not above 0 and finite"));
+    }
 }

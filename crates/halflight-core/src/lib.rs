@@ -4,6 +4,7 @@
 //! [`light`] are seen in the [`gbuffer`], whose breaks the [`pyramid`] holds; a refiner ([`stages`]) asks for light
 //! [`mask`]s over a [`pattern`] of light samples and hands on [`fragment`]s; [`stats`] come back with the image.
 
+pub mod camera;
 pub mod certificate;
 pub mod fragment;
 pub mod frame;

@@ -1,9 +1,10 @@
-//! What is rendered: triangles with materials, parallelogram lights and a camera, all in world space.
+//! Scenes: triangles with materials, area lights and a camera, all in world space.
 
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use glam::{Vec2, Vec3};
 
+pub use crate::camera::Camera;
 use crate::light::AreaLight;
 
 /// What coordinates of geometry, lights and cameras must stay below, metres: fourth powers of distances are finite in single
@@ -18,8 +19,8 @@ pub const MIN_DIAGONAL: f32 = 1e-8;
 /// World space, metres, right-handed, y up. Several lights are summed.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// All geometry, already transformed to world space.
-    pub mesh: Mesh,
+    /// All geometry, already transformed to world space, shared between scenes that differ in lights and camera only.
+    pub mesh: Arc<Mesh>,
     /// The area lights. They are not geometry: they cast no shadow and the camera does not see them.
     pub lights: Vec<AreaLight>,
     /// The camera.
@@ -91,25 +92,6 @@ impl Texture {
     pub fn linear(&self, index: usize) -> Vec3 {
         let decode = |channel: u8| SRGB_TO_LINEAR[usize::from(channel)];
         self.texels.get(index).map_or(Vec3::ONE, |&[r, g, b, _]| Vec3::new(decode(r), decode(g), decode(b)))
-    }
-}
-
-/// A pinhole camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Camera {
-    /// Eye point, world space.
-    pub eye: Vec3,
-    /// The point in the middle of the image.
-    pub target: Vec3,
-    /// Roughly up; need not be unit or orthogonal to the view.
-    pub up: Vec3,
-    /// Full vertical angle of view in degrees, 0 < fov < 180.
-    pub fov_y_deg: f32,
-}
-
-impl Default for Camera {
-    fn default() -> Self {
-        Self { eye: Vec3::new(0.0, 1.0, 5.0), target: Vec3::ZERO, up: Vec3::Y, fov_y_deg: 45.0 }
     }
 }
 

@@ -1,4 +1,4 @@
-//! The three seams: refiner, visibility backend and upsampler.
+//! The three stage traits: refiner, visibility backend and upsampler.
 //!
 //! All are object-safe and work on batches. `&mut self` is for buffers that are kept from frame to frame; a stage's answer
 //! depends on its configuration and arguments alone.
@@ -31,6 +31,40 @@ impl Unsupported {
     }
 }
 
+/// Results of a refiner beside the fragments, for one light.
+#[derive(Clone, Copy, Debug, Default)]
+#[non_exhaustive]
+pub struct RefineOutput<'a> {
+    /// Expected squared error of the light's irradiance, by luminance, summed over the image, (W/m²)²; none from refiners that
+    /// do not aim at an error.
+    pub expected_error: Option<f64>,
+    /// Visible fractions of the first samples, as the ratio estimator gives them, NaN where a sample has none; empty where
+    /// the refiner has computed none. They need not be computed again.
+    pub fractions: &'a [f32],
+    /// Pixels by what was certified of their cells, from refiners that ask for certificates.
+    pub certified: CertificateCounts,
+}
+
+impl<'a> RefineOutput<'a> {
+    /// Sets [`Self::expected_error`].
+    #[must_use]
+    pub fn with_expected_error(self, expected_error: Option<f64>) -> Self {
+        Self { expected_error, ..self }
+    }
+
+    /// Sets [`Self::fractions`].
+    #[must_use]
+    pub fn with_fractions(self, fractions: &'a [f32]) -> Self {
+        Self { fractions, ..self }
+    }
+
+    /// Sets [`Self::certified`].
+    #[must_use]
+    pub fn with_certified(self, certified: CertificateCounts) -> Self {
+        Self { certified, ..self }
+    }
+}
+
 /// Decides which fragments an image is made of, asking for visibility as often as it needs.
 pub trait Refiner: Send {
     /// Fills `fragments`, which has been reset, for one light. Every receiver pixel must end up in exactly one cell.
@@ -40,37 +74,20 @@ pub trait Refiner: Send {
         light: u32,
         visibility: &mut dyn Visibility,
         fragments: &mut Fragments,
-    );
+    ) -> RefineOutput<'_>;
 
-    /// The patterns that it will ask for when a full mask has pattern `full`, so that a backend can refuse when the
-    /// pipeline is built instead of in the middle of a frame.
+    /// Returns the patterns that the refiner will ask for when a full mask has pattern `full`, so that a backend can refuse when
+    /// the pipeline is built instead of in the middle of a frame.
     fn patterns(&self, full: Pattern) -> Vec<Pattern> {
         vec![full]
     }
 
-    /// The coarsest level of the discontinuity pyramid that it looks at; 0 for none, and none is built.
+    /// Returns the coarsest level of the discontinuity pyramid that the refiner reads; 0 for none, and none is built.
     fn coarsest_level(&self) -> u8 {
         MAX_LEVEL
     }
 
-    /// Expected squared error of the last light's irradiance, by luminance, summed over the image, (W/m²)²; none from
-    /// refiners that do not aim at an error.
-    fn expected_error(&self) -> Option<f64> {
-        None
-    }
-
-    /// Visible fractions of the last light's first samples, NaN where they have none, as far as the refiner knows them: what
-    /// the ratio estimator gives, which need not be computed again.
-    fn fractions(&self) -> &[f32] {
-        &[]
-    }
-
-    /// What was proved of the pixels of the last light, for refiners that ask for proofs.
-    fn proofs(&self) -> CertificateCounts {
-        CertificateCounts::default()
-    }
-
-    /// Bytes held in buffers of its own.
+    /// Returns the bytes held in the stage's own buffers.
     fn bytes(&self) -> usize {
         0
     }
@@ -82,7 +99,7 @@ pub trait Visibility: Send {
     /// origin to the sample meets no triangle. Samples below a horizon have been taken out of `wanted` beforehand.
     fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch);
 
-    /// Whether it can answer queries with this pattern.
+    /// Checks that the backend can answer queries with this pattern.
     ///
     /// # Errors
     /// A refusal that says why.
@@ -97,15 +114,15 @@ pub trait Visibility: Send {
         proofs.resize(regions.len(), Certificate::Open);
     }
 
-    /// Work that is done once a frame, before the first batch (voxels, triangle bins).
+    /// Does the work that is due once a frame, before the first batch (voxels, triangle bins).
     fn prepare(&mut self, _frame: &Frame) {}
 
-    /// How masks were come by since the last [`prepare`](Self::prepare).
+    /// Returns counts of how masks were computed since the last [`prepare`](Self::prepare).
     fn stats(&self) -> VisibilityStats {
         VisibilityStats::default()
     }
 
-    /// Bytes held in buffers of its own.
+    /// Returns the bytes held in the stage's own buffers.
     fn bytes(&self) -> usize {
         0
     }
@@ -117,7 +134,7 @@ pub trait Upsampler: Send {
     /// exist: the visible fraction of a light that lies below the sample's horizon. Pixels outside all cells get 0.
     fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[Option<f32>], out: &mut [f32]);
 
-    /// Bytes held in buffers of its own.
+    /// Returns the bytes held in the stage's own buffers.
     fn bytes(&self) -> usize {
         0
     }

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use halflight_core::frame::LightSampling;
-use halflight_core::scene::Scene;
 use halflight_core::stages::{Refiner, Upsampler, Visibility};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -12,6 +11,7 @@ use crate::beam::Beam;
 use crate::bvh::{Bvh, BvhRays};
 use crate::irradiance::Shading;
 use crate::pipeline::{Pipeline, PipelineBuilder, PipelineError};
+use crate::prepared::PreparedScene;
 use crate::raster4d::{Raster4d, Raster4dConfig};
 use crate::refine::{
     DiscontinuityLimits, Full, Lattice, LatticeConfig, Nichols, NicholsConfig, SfvtGass, SfvtGassConfig,
@@ -287,9 +287,9 @@ impl PipelineConfig {
     }
 
     /// A builder with these choices made; threads, layers and stages of one's own can still be set.
-    pub fn builder(&self, scene: Arc<Scene>, bvh: Arc<Bvh>) -> PipelineBuilder {
-        let visibility = self.visibility.stage(&bvh);
-        let builder = Pipeline::builder(scene, bvh)
+    pub fn builder(&self, scene: &PreparedScene) -> PipelineBuilder {
+        let visibility = self.visibility.stage(scene.bvh());
+        let builder = Pipeline::builder(scene)
             .size(self.width, self.height)
             .boxed_refiner(self.refiner.stage())
             .boxed_upsampler(self.upsampler.stage(&self.refiner))

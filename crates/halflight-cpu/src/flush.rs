@@ -11,7 +11,6 @@
 //! - A triangle that is farther away hides the light as any other.
 
 use std::fmt;
-use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3};
 use halflight_core::light::AreaLight;
@@ -50,20 +49,13 @@ impl fmt::Display for FlushLight {
     }
 }
 
-/// Returns the scene with its lights moved off the triangles that they are flush with, and which these are; the same scene
-/// where no light is flush with any.
-pub fn separate(scene: &Arc<Scene>, bvh: &Bvh) -> (Arc<Scene>, Vec<FlushLight>) {
-    let (lights, flush) = separate_lights(scene, Some(bvh));
-    if flush.is_empty() {
-        return (Arc::clone(scene), flush);
-    }
-    (Arc::new(Scene { lights, ..Scene::clone(scene) }), flush)
-}
-
-/// Returns the lights that [`separate`] gives a scene. Without a BVH, all triangles are looked at.
+/// Returns a scene's lights, moved off the triangles that they are flush with, and which these are. Without a BVH, all
+/// triangles are tested.
 pub fn separate_lights(scene: &Scene, bvh: Option<&Bvh>) -> (Vec<AreaLight>, Vec<FlushLight>) {
     let mesh = &scene.mesh;
-    separate_from(scene, |low, high| {
+    let size = |p: &Vec3| p.abs().max_element();
+    let largest = bvh.map_or_else(|| mesh.positions.iter().map(size).fold(0.0, f32::max), Bvh::largest);
+    separate_from(scene, largest, |low, high| {
         let touches = |&index: &u32| {
             let [a, b, c] = mesh.corners(index as usize);
             a.min(b).min(c).cmple(high).all() && a.max(b).max(c).cmpge(low).all()
@@ -78,9 +70,9 @@ pub fn separate_lights(scene: &Scene, bvh: Option<&Bvh>) -> (Vec<AreaLight>, Vec
 /// `candidates` returns at least the triangles whose boxes touch a box.
 fn separate_from(
     scene: &Scene,
+    largest: f32,
     candidates: impl Fn(Vec3, Vec3) -> Vec<u32>,
 ) -> (Vec<AreaLight>, Vec<FlushLight>) {
-    let largest = scene.mesh.positions.iter().fold(0.0f32, |most, p| most.max(p.abs().max_element()));
     let (mut lights, mut flush) = (Vec::with_capacity(scene.lights.len()), Vec::new());
     for (number, light) in (0..).zip(&scene.lights) {
         let Some(plane) = Plane::new(light) else {

@@ -1,8 +1,9 @@
 //! The G-buffer: what each pixel's centre sees, found by packets of primary rays.
 
 use glam::{DVec3, Vec2, Vec3, Vec3Swizzles as _};
+use halflight_core::camera::View;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE, receiver_origin};
-use halflight_core::scene::{Camera, Mesh, Scene, Texture};
+use halflight_core::scene::{Mesh, Scene, Texture};
 use rayon::prelude::*;
 
 use crate::bvh::{Bvh, Hits, Packet, STACK};
@@ -50,47 +51,8 @@ fn trace_with(isa: Isa, bvh: &Bvh, scene: &Scene, width: u32, height: u32, out: 
         .with_max_len(1)
         .for_each(|(index, ((((depth, position), normal), albedo), primitive))| {
             let rows = Rows { top: index * TILE, depth, position, normal, albedo, primitive };
-            isa.run(Band { bvh, mesh: &scene.mesh, view: &view, rows });
+            isa.run(Band { bvh, mesh: &scene.mesh, view: &view, width: width as usize, rows });
         });
-}
-
-/// Primary rays of a camera, world space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
-    /// Where they start.
-    pub eye: Vec3,
-    /// Direction through the top left corner of the image, one unit along the view direction.
-    pub corner: DVec3,
-    /// One pixel to the right.
-    pub right: DVec3,
-    /// One pixel down.
-    pub down: DVec3,
-    width: usize,
-}
-
-impl View {
-    /// The rays of a camera for an image of this size. A camera without a direction gets one.
-    pub fn new(camera: &Camera, width: u32, height: u32) -> Self {
-        let [eye, target, up] = [camera.eye, camera.target, camera.up].map(Vec3::as_dvec3);
-        let forward = (target - eye).normalize_or(DVec3::NEG_Z);
-        let right = forward.cross(up).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
-        let up = right.cross(forward);
-        let half_height = (f64::from(camera.fov_y_deg).to_radians() * 0.5).tan();
-        let half_width = half_height * f64::from(width) / f64::from(height);
-        Self {
-            eye: camera.eye,
-            corner: forward - right * half_width + up * half_height,
-            right: right * (2.0 * half_width / f64::from(width)),
-            down: up * (-2.0 * half_height / f64::from(height)),
-            width: width as usize,
-        }
-    }
-
-    /// Returns the direction through a pixel's centre, one unit along the view direction.
-    #[inline(always)]
-    pub fn direction(&self, x: usize, y: usize) -> Vec3 {
-        (self.corner + self.right * (x as f64 + 0.5) + self.down * (y as f64 + 0.5)).as_vec3()
-    }
 }
 
 /// Up to [`TILE`] rows of the image.
@@ -230,6 +192,7 @@ fn bilinear(texture: &Texture, uv: Vec2) -> Vec3 {
 struct Band<'a> {
     bvh: &'a Bvh,
     mesh: &'a Mesh,
+    width: usize,
     view: &'a View,
     rows: Rows<'a>,
 }
@@ -239,7 +202,7 @@ impl Kernel for Band<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(mut self) {
-        let width = self.view.width;
+        let width = self.width;
         let mut packet = Packet::new();
         let mut hits = Hits::new();
         let mut stack = [(0u32, 0.0f32); STACK];
@@ -280,7 +243,7 @@ impl Kernel for Band<'_> {
 impl Band<'_> {
     /// The pixels of a tile, square by square, and where among them each square begins and the last one ends.
     fn tile(&self, left: usize) -> ([usize; TILE * TILE], [usize; 5]) {
-        let width = self.view.width;
+        let width = self.width;
         let (columns, rows) = (TILE.min(width - left), self.rows.depth.len() / width);
         let (mut tile, mut squares, mut count) = ([0; TILE * TILE], [0; 5], 0);
         for square in 0..4 {
@@ -299,7 +262,9 @@ impl Band<'_> {
 
 #[cfg(test)]
 mod tests {
-    use halflight_core::scene::Material;
+    use std::sync::Arc;
+
+    use halflight_core::scene::{Camera, Material};
 
     use super::*;
     use crate::bvh::tests::meshes::{hall, lamp, scene, soup};
@@ -310,6 +275,7 @@ mod tests {
             target: Vec3::new(4.5, 1.5, 4.0),
             up: Vec3::Y,
             fov_y_deg: 60.0,
+            ..Camera::default()
         };
         Scene { camera, ..scene(&hall(), lamp(Vec3::new(4.0, 3.8, 8.0), 1.5)) }
     }
@@ -397,7 +363,7 @@ mod tests {
     fn cameras_without_a_direction_are_no_trouble() {
         let mut scene = scene(&soup(100, 0.3), lamp(Vec3::Y, 1.0));
         for (target, up) in [(Vec3::ZERO, Vec3::Z), (Vec3::Z, Vec3::Y)] {
-            scene.camera = Camera { eye: Vec3::Z, target, up, fov_y_deg: 90.0 };
+            scene.camera = Camera { eye: Vec3::Z, target, up, fov_y_deg: 90.0, ..Camera::default() };
             let out = traced(&scene, 16, 16, Isa::best());
             assert!(out.depth.iter().all(|depth| !depth.is_nan()));
             assert!(out.normal.iter().all(|normal| normal.is_finite()));
@@ -424,8 +390,10 @@ mod tests {
     #[test]
     fn albedo_is_the_material_times_the_texture() {
         let mut scene = hall_scene();
-        scene.mesh.materials = vec![Material { albedo: Vec3::new(0.5, 1.0, 0.25), texture: Some(0) }];
-        scene.mesh.textures = vec![Texture { width: 1, height: 1, texels: vec![[128, 0, 255, 0]] }];
+        Arc::make_mut(&mut scene.mesh).materials =
+            vec![Material { albedo: Vec3::new(0.5, 1.0, 0.25), texture: Some(0) }];
+        Arc::make_mut(&mut scene.mesh).textures =
+            vec![Texture { width: 1, height: 1, texels: vec![[128, 0, 255, 0]] }];
         let out = traced(&scene, 4, 4, Isa::best());
         // sRGB 128 by hand (IEC 61966-2-1), to seven digits.
         let expected = Vec3::new(0.5 * 0.215_860_5, 0.0, 0.25);

@@ -14,6 +14,7 @@ mod multiversion;
 mod occluder;
 pub mod pipeline;
 mod pool;
+pub mod prepared;
 pub mod pyramid;
 pub mod raster4d;
 pub mod refine;

@@ -4,24 +4,26 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::Vec3;
+use halflight_core::camera::{Camera, CameraError};
 use halflight_core::certificate::{Certificate, Region};
 use halflight_core::fragment::{FragmentError, Fragments};
 use halflight_core::frame::{Frame, LightSampling};
-use halflight_core::gbuffer::GBuffer;
+use halflight_core::gbuffer::{GBuffer, GBufferError};
 use halflight_core::light::{AreaLight, LightError};
 use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::{Pattern, PatternError};
 use halflight_core::pyramid::Pyramid;
-use halflight_core::scene::{MAX_COORDINATE, MeshError, Scene};
+use halflight_core::scene::{MeshError, Scene};
 use halflight_core::stages::{Refiner, Unsupported, Upsampler, Visibility};
 use halflight_core::stats::{FrameStats, RayCounts, VisibilityStats};
 
 use crate::beam::Beam;
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, BvhError};
 use crate::compose::{self, Totals, luminance};
 use crate::config::RefinerConfig;
 use crate::flush::{self, FlushLight};
 use crate::irradiance::{self, Shading};
+use crate::prepared::PreparedScene;
 use crate::raster4d::Raster4dError;
 use crate::voxel::VoxelError;
 use crate::{gbuffer, horizon, pyramid, upsample};
@@ -58,14 +60,12 @@ pub enum PipelineError {
     /// The mesh is inconsistent.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// The BVH is over another mesh, or over the same one before it moved.
-    #[error(
-        "the BVH is not over the scene's mesh: build one with Bvh::build, or refit it after the mesh has moved"
-    )]
-    ForeignBvh,
+    /// The BVH is not one of the scene.
+    #[error(transparent)]
+    Bvh(#[from] BvhError),
     /// The camera looks nowhere.
-    #[error("the camera cannot be used: {0}")]
-    Camera(&'static str),
+    #[error(transparent)]
+    Camera(#[from] CameraError),
     /// The number of light samples is out of range.
     #[error(transparent)]
     Pattern(#[from] PatternError),
@@ -81,6 +81,9 @@ pub enum PipelineError {
     /// The refiner's fragments refer to what does not exist.
     #[error(transparent)]
     Fragments(#[from] FragmentError),
+    /// The caller's G-buffer cannot be used.
+    #[error(transparent)]
+    GBuffer(#[from] GBufferError),
     /// Worker threads could not be started.
     #[error("worker threads could not be started: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -88,7 +91,7 @@ pub enum PipelineError {
 
 /// Chooses stages and settings; every one has a default.
 pub struct PipelineBuilder {
-    scene: Arc<Scene>,
+    scene: Scene,
     bvh: Arc<Bvh>,
     size: (u32, u32),
     refiner: Box<dyn Refiner>,
@@ -195,9 +198,6 @@ impl PipelineBuilder {
             return Err(PipelineError::Size { width, height });
         }
         check_scene(&self.scene)?;
-        if !self.bvh.is_over(&self.scene.mesh) {
-            return Err(PipelineError::ForeignBvh);
-        }
         let pattern = self.sampling.pattern()?;
         check_patterns(self.refiner.as_ref(), self.visibility.as_ref(), pattern)?;
         let pool = match self.threads {
@@ -207,7 +207,7 @@ impl PipelineBuilder {
             None => None,
         };
         let flush;
-        (self.scene, flush) = flush::separate(&self.scene, &self.bvh);
+        (self.scene.lights, flush) = flush::separate_lights(&self.scene, Some(&self.bvh));
         let (buffers, image) = (Buffers::default(), Image::default());
         Ok(Pipeline { state: State { builder: self, pattern, flush, index: 0, buffers, image }, pool })
     }
@@ -218,14 +218,19 @@ impl PipelineBuilder {
 /// # Errors
 /// The first fault found.
 pub fn check_scene(scene: &Scene) -> Result<(), PipelineError> {
+    check_lights(scene)?;
+    scene.mesh.validate()?;
+    Ok(scene.camera.validate()?)
+}
+
+fn check_lights(scene: &Scene) -> Result<(), PipelineError> {
     if scene.lights.is_empty() {
         return Err(PipelineError::NoLight);
     }
     for (index, light) in scene.lights.iter().enumerate() {
         light.validate(index)?;
     }
-    scene.mesh.validate()?;
-    check_camera(scene)
+    Ok(())
 }
 
 fn check_patterns(
@@ -234,29 +239,6 @@ fn check_patterns(
     full: Pattern,
 ) -> Result<(), Unsupported> {
     refiner.patterns(full).into_iter().try_for_each(|pattern| visibility.supports(pattern))
-}
-
-fn check_camera(scene: &Scene) -> Result<(), PipelineError> {
-    let camera = &scene.camera;
-    let view = camera.target - camera.eye;
-    if ![camera.eye, camera.target, camera.up].iter().all(|v| v.is_finite()) {
-        return Err(PipelineError::Camera("a value is not finite"));
-    }
-    if camera.eye.abs().max(camera.target.abs()).max_element() >= MAX_COORDINATE {
-        return Err(PipelineError::Camera(
-            "eye or target lies 1e8 m or more from the origin: scale the scene down",
-        ));
-    }
-    if view.length_squared() == 0.0 {
-        return Err(PipelineError::Camera("eye and target are the same point"));
-    }
-    if view.normalize_or_zero().cross(camera.up.normalize_or_zero()).length_squared() < 1e-12 {
-        return Err(PipelineError::Camera("up is zero or points along the view"));
-    }
-    if !(camera.fov_y_deg > 0.0 && camera.fov_y_deg < 180.0) {
-        return Err(PipelineError::Camera("fov_y_deg must lie between 0 and 180"));
-    }
-    Ok(())
 }
 
 /// What a frame comes out as. All layers are row by row from the top left.
@@ -304,12 +286,12 @@ struct State {
 }
 
 impl Pipeline {
-    /// Starts choosing stages for a scene whose BVH has been built.
-    pub fn builder(scene: Arc<Scene>, bvh: Arc<Bvh>) -> PipelineBuilder {
+    /// Starts choosing stages for a scene. Geometry is shared with it.
+    pub fn builder(scene: &PreparedScene) -> PipelineBuilder {
         PipelineBuilder {
-            scene,
-            visibility: Box::new(Beam::or_rays(Arc::clone(&bvh))),
-            bvh,
+            scene: scene.scene().clone(),
+            visibility: Box::new(Beam::or_rays(Arc::clone(scene.bvh()))),
+            bvh: Arc::clone(scene.bvh()),
             size: (640, 480),
             refiner: RefinerConfig::default().stage(),
             upsampler: Box::new(upsample::Lattice::default()),
@@ -327,36 +309,73 @@ impl Pipeline {
     /// # Errors
     /// A refiner asked for a pattern that it had not announced and the backend cannot answer.
     pub fn render(&mut self) -> Result<&Image, PipelineError> {
+        self.run(None)
+    }
+
+    /// Renders the next frame of surfaces that the caller has drawn: a G-buffer of the image's size, as
+    /// [`GBuffer::from_surfaces`] or another pipeline makes it. What it sees should be the scene, seen by the scene's camera
+    /// ([`Pipeline::set_camera`]); the scene's geometry casts the shadows.
+    ///
+    /// # Errors
+    /// As [`Pipeline::render`]; and where the G-buffer has another size or holds values that cannot be used.
+    pub fn render_gbuffer(&mut self, gbuffer: &GBuffer) -> Result<&Image, PipelineError> {
+        let (found, expected) = ((gbuffer.width, gbuffer.height), self.state.builder.size);
+        if found != expected {
+            return Err(GBufferError::Size { found, expected }.into());
+        }
+        gbuffer.validate()?;
+        self.run(Some(gbuffer))
+    }
+
+    fn run(&mut self, given: Option<&GBuffer>) -> Result<&Image, PipelineError> {
         let Self { state, pool } = self;
         match pool {
-            Some(pool) => pool.install(|| state.render())?,
+            Some(pool) => pool.install(|| state.render(given))?,
             // Inside the global pool: from outside, each of hundreds of parallel loops would wake a worker and wait for it.
-            None => rayon::scope(|_| state.render())?,
+            None => rayon::scope(|_| state.render(given))?,
         }
         Ok(&self.state.image)
     }
 
-    /// Goes on with another scene, or with the same after something has moved, and with its BVH, a new one or
-    /// one that was [refitted](Bvh::refit). `visibility` is a backend over that BVH. Nothing of earlier frames goes
-    /// into later ones.
+    /// Replaces the scene, for one whose mesh has moved or another one. `visibility` is a backend over its BVH. Nothing of
+    /// earlier frames goes into later ones.
     ///
     /// # Errors
-    /// The scene cannot be rendered, the BVH is not over its mesh as it is, or the backend does not fit the refiner; the
-    /// pipeline is then as it was.
+    /// The scene cannot be rendered, or the backend does not fit the refiner; the pipeline is then as it was.
     pub fn set_scene(
         &mut self,
-        scene: Arc<Scene>,
-        bvh: Arc<Bvh>,
+        scene: &PreparedScene,
         visibility: Box<dyn Visibility>,
     ) -> Result<(), PipelineError> {
-        check_scene(&scene)?;
-        if !bvh.is_over(&scene.mesh) {
-            return Err(PipelineError::ForeignBvh);
-        }
+        check_scene(scene.scene())?;
         let State { builder, pattern, flush, .. } = &mut self.state;
         check_patterns(builder.refiner.as_ref(), visibility.as_ref(), *pattern)?;
-        (builder.scene, *flush) = flush::separate(&scene, &bvh);
-        (builder.bvh, builder.visibility) = (bvh, visibility);
+        builder.scene = scene.scene().clone();
+        (builder.scene.lights, *flush) = flush::separate_lights(scene.scene(), Some(scene.bvh()));
+        (builder.bvh, builder.visibility) = (Arc::clone(scene.bvh()), visibility);
+        Ok(())
+    }
+
+    /// Replaces the lights. Nothing that grows with the mesh is copied or built.
+    ///
+    /// # Errors
+    /// There are none, or one cannot be used; the pipeline is then as it was.
+    pub fn set_lights(&mut self, lights: &[AreaLight]) -> Result<(), PipelineError> {
+        let State { builder, flush, .. } = &mut self.state;
+        let changed = Scene { lights: lights.to_vec(), ..builder.scene.clone() };
+        check_lights(&changed)?;
+        builder.scene = changed;
+        (builder.scene.lights, *flush) = flush::separate_lights(&builder.scene, Some(&builder.bvh));
+        Ok(())
+    }
+
+    /// Replaces the camera. Nothing that grows with the mesh is copied or built.
+    ///
+    /// # Errors
+    /// The camera looks nowhere; the pipeline is then as it was.
+    pub fn set_camera(&mut self, camera: Camera) -> Result<(), PipelineError> {
+        camera.validate()?;
+        self.state.builder.scene.camera = camera;
         Ok(())
     }
 
@@ -370,7 +389,7 @@ impl Pipeline {
         &self.state.image
     }
 
-    /// The last frame's G-buffer.
+    /// The last frame's G-buffer; that of the last frame that traced its own where the caller has brought one since.
     pub fn gbuffer(&self) -> &GBuffer {
         &self.state.buffers.gbuffer
     }
@@ -393,7 +412,7 @@ impl Pipeline {
 
 impl State {
     /// A frame, stage by stage.
-    fn render(&mut self) -> Result<(), PipelineError> {
+    fn render(&mut self, given: Option<&GBuffer>) -> Result<(), PipelineError> {
         let Self { builder, pattern, index, buffers, image, .. } = self;
         let PipelineBuilder { scene, bvh, refiner, visibility, upsampler, .. } = builder;
         let (width, height) = builder.size;
@@ -402,14 +421,17 @@ impl State {
         let start = Instant::now();
 
         let mut clock = Instant::now();
-        gbuffer::trace(bvh, scene, width, height, &mut buffers.gbuffer);
+        if given.is_none() {
+            gbuffer::trace(bvh, scene, width, height, &mut buffers.gbuffer);
+        }
+        let gbuffer = given.unwrap_or(&buffers.gbuffer);
         stats.stages_ms.gbuffer = lap(&mut clock);
-        pyramid::build(&buffers.gbuffer, refiner.coarsest_level(), &mut buffers.pyramid);
+        pyramid::build(gbuffer, refiner.coarsest_level(), &mut buffers.pyramid);
         stats.stages_ms.pyramid = lap(&mut clock);
 
         let frame = Frame {
             scene,
-            gbuffer: &buffers.gbuffer,
+            gbuffer,
             pyramid: &buffers.pyramid,
             pattern: *pattern,
             sharing: builder.sampling.sharing,
@@ -445,33 +467,26 @@ impl State {
                 refusal: None,
             };
             buffers.fragments.reset(width, height, number);
-            refiner.refine(&frame, number, &mut watched, &mut buffers.fragments);
+            let refined = refiner.refine(&frame, number, &mut watched, &mut buffers.fragments);
             let (traced_ms, refusal) = (watched.ms, watched.refusal);
             if let Some(refusal) = refusal {
                 return Err(refusal.into());
             }
-            buffers.fragments.validate(&buffers.gbuffer)?;
+            buffers.fragments.validate(gbuffer)?;
             stats.stages_ms.visibility += traced_ms;
             stats.stages_ms.refine += lap(&mut clock) - traced_ms - (stats.stages_ms.prove - before);
-            stats.proofs += refiner.proofs();
-            expected = expected.zip(refiner.expected_error()).map(|(sum, error)| sum + error);
+            stats.proofs += refined.certified;
+            expected = expected.zip(refined.expected_error).map(|(sum, error)| sum + error);
 
-            let (fragments, known) = (&buffers.fragments, refiner.fractions());
-            irradiance::evaluate(&frame, fragments, builder.shading, known, &mut buffers.values);
+            let fragments = &buffers.fragments;
+            irradiance::evaluate(&frame, fragments, builder.shading, refined.fractions, &mut buffers.values);
             stats.stages_ms.irradiance += lap(&mut clock);
             upsampler.upsample(&frame, &buffers.fragments, &buffers.values, &mut buffers.plane);
             stats.stages_ms.upsample += lap(&mut clock);
 
             let totals = builder.layers.then_some(&mut buffers.totals);
             let shading = builder.shading;
-            compose::add_light(
-                &buffers.gbuffer,
-                light,
-                shading,
-                &buffers.plane,
-                &mut image.irradiance,
-                totals,
-            );
+            compose::add_light(gbuffer, light, shading, &buffers.plane, &mut image.irradiance, totals);
             stats.stages_ms.compose += lap(&mut clock);
             for (total, count) in stats.fragments.per_level.iter_mut().zip(buffers.fragments.per_level()) {
                 *total += count;
@@ -480,7 +495,7 @@ impl State {
                 *total += count;
             }
             if builder.layers {
-                merge_levels(&buffers.gbuffer, &buffers.fragments, &mut image.level);
+                merge_levels(gbuffer, &buffers.fragments, &mut image.level);
             }
         }
         stats.expected_nmse2 = expected.map(|error| {

@@ -2,13 +2,13 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
+use halflight_core::camera::View;
 use halflight_core::frame::Sharing;
 use halflight_core::hash;
 use halflight_core::light::AreaLight;
 use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::pyramid::MAX_LEVEL;
 use halflight_core::scene::Camera;
-use halflight_cpu::gbuffer::View;
 use halflight_cpu::upsample::SurfaceLimits;
 
 /// Levels from pixels to the coarsest cells.

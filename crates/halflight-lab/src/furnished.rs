@@ -3,6 +3,7 @@
 //!
 //! [`run`] renders each by error target, and holds the true error against the target and against what the frame expected.
 
+use halflight_cpu::prepared::PreparedScene;
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::sync::Arc;
@@ -200,7 +201,9 @@ pub fn run(plan: &Plan, cache: &Path, out: &Path, progress: &Progress) -> Result
                 ..PipelineConfig::default()
             };
             let at = |source| AblateError::Pipeline { row: case.name.clone(), source };
-            let mut pipeline = config.builder(Arc::clone(&scene), Arc::clone(&bvh)).build().map_err(at)?;
+            let prepared = PreparedScene::with_bvh(Scene::clone(&scene), Arc::clone(&bvh));
+            let prepared = prepared.map_err(|source| at(source.into()))?;
+            let mut pipeline = config.builder(&prepared).build().map_err(at)?;
             let frame = pipeline.render().map_err(at)?.clone();
             let seen = pipeline.gbuffer();
             let mask: Vec<bool> = (0..seen.pixels()).map(|pixel| seen.is_receiver(pixel)).collect();

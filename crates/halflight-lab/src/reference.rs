@@ -7,6 +7,7 @@
 //!
 //! The state is saved while a reference is computed, and one that was stopped goes on bit for bit as if it had not been.
 
+use halflight_cpu::prepared::PreparedScene;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -148,12 +149,15 @@ pub fn reference(
         return Err(ReferenceError::Samples(samples));
     }
     // Whatever a pipeline would refuse, a reference refuses as well.
-    every_pixel(width, height).builder(Arc::clone(scene), Arc::clone(bvh)).build()?;
+    let prepared =
+        PreparedScene::with_bvh(Scene::clone(scene), Arc::clone(bvh)).map_err(PipelineError::from)?;
+    every_pixel(width, height).builder(&prepared).build()?;
     let what = format!("a reference of {width}x{height} pixels under {} lights", scene.lights.len());
     memory::check(what, config.bytes_needed(scene.lights.len()))?;
     let mut seen = GBuffer::default();
     gbuffer::trace(bvh, scene, width, height, &mut seen);
-    let (scene, _) = &flush::separate(scene, bvh);
+    let (lights, _) = flush::separate_lights(scene, Some(bvh));
+    let scene = &Arc::new(Scene { lights, ..Scene::clone(scene) });
 
     let key = state::key(scene, config);
     let path = cache_dir.map(|folder| folder.join(format!("reference-{key:016x}.state")));

@@ -10,6 +10,7 @@ use halflight_cpu::bvh::Bvh;
 use halflight_cpu::gbuffer;
 use halflight_lab::exactness::SCENES;
 use halflight_lab::exactness::primary::check;
+use std::sync::Arc;
 
 fn trace(scene: &Scene, width: u32, height: u32) -> GBuffer {
     let mut seen = GBuffer::default();
@@ -48,8 +49,9 @@ fn slivers(shift: Vec3) -> Scene {
         target: Vec3::new(0.0, 0.0, 0.0) + shift,
         up: Vec3::Y,
         fov_y_deg: 30.0,
+        ..Camera::default()
     };
-    Scene { mesh: mesh(&corners), lights: Vec::new(), camera }
+    Scene { mesh: Arc::new(mesh(&corners)), lights: Vec::new(), camera }
 }
 
 #[test]
@@ -82,9 +84,16 @@ fn coplanar_triangles_give_way_to_the_first() {
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, z)| Vec3::new(x, 0.3 * x, z));
     let behind = Vec3::NEG_Y * 1e-6;
     let list = [[a, b, c], [a, c, d], [b, c, d], [d, a, b], [a + behind, b + behind, c + behind]];
-    let camera = Camera { eye: Vec3::new(0.2, 3.0, 0.1), target: Vec3::ZERO, up: Vec3::X, fov_y_deg: 30.0 };
-    let view =
-        |corners: &[[Vec3; 3]]| trace(&Scene { mesh: mesh(corners), lights: Vec::new(), camera }, 64, 64);
+    let camera = Camera {
+        eye: Vec3::new(0.2, 3.0, 0.1),
+        target: Vec3::ZERO,
+        up: Vec3::X,
+        fov_y_deg: 30.0,
+        ..Camera::default()
+    };
+    let view = |corners: &[[Vec3; 3]]| {
+        trace(&Scene { mesh: Arc::new(mesh(corners)), lights: Vec::new(), camera }, 64, 64)
+    };
     assert!(view(&list).primitive.iter().all(|&triangle| triangle < 2));
     let turned = [list[4], list[2], list[3], list[1], list[0]];
     assert!(view(&turned).primitive.iter().all(|&triangle| triangle == 1 || triangle == 2));

@@ -156,7 +156,7 @@ fn another_scene_size_or_seed_has_a_state_of_its_own() {
     brighter.lights[0].radiance.z *= 2.0;
     run(&Arc::new(brighter), &bvh, &base);
     let mut other = Scene::clone(&contact);
-    other.mesh.positions[0].y += 1e-3;
+    Arc::make_mut(&mut other.mesh).positions[0].y += 1e-3;
     let other_bvh = Arc::new(Bvh::build(&other.mesh).unwrap());
     run(&Arc::new(other), &other_bvh, &base);
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 6);
@@ -218,11 +218,13 @@ fn light_that_only_one_half_has_met_is_all_noise() {
     for (from, to) in [(low.x * 9.0, gap), (gap + 1e-3, high.x * 9.0)] {
         let start = lid.mesh.positions.len() as u32;
         let corners = [(from, low.z * 9.0), (from, high.z * 9.0), (to, high.z * 9.0), (to, low.z * 9.0)];
-        lid.mesh.positions.extend(corners.map(|(x, z)| Vec3::new(x, y, z)));
-        lid.mesh.normals.extend([Vec3::Y; 4]);
-        lid.mesh.uvs.extend([glam::Vec2::ZERO; 4]);
-        lid.mesh.triangles.extend([[start, start + 1, start + 2], [start, start + 2, start + 3]]);
-        lid.mesh.material_ids.extend([0; 2]);
+        Arc::make_mut(&mut lid.mesh).positions.extend(corners.map(|(x, z)| Vec3::new(x, y, z)));
+        Arc::make_mut(&mut lid.mesh).normals.extend([Vec3::Y; 4]);
+        Arc::make_mut(&mut lid.mesh).uvs.extend([glam::Vec2::ZERO; 4]);
+        Arc::make_mut(&mut lid.mesh)
+            .triangles
+            .extend([[start, start + 1, start + 2], [start, start + 2, start + 3]]);
+        Arc::make_mut(&mut lid.mesh).material_ids.extend([0; 2]);
     }
     let bvh = Arc::new(Bvh::build(&lid.mesh).unwrap());
     let lid = Arc::new(lid);

@@ -129,7 +129,8 @@ pub(crate) fn read_view(section: &mut Section<'_>, before: Option<&Camera>) -> R
         let message = "up is zero or along the line from eye to target; expected a direction across it";
         return Err(section.fault(up.line, message));
     }
-    let camera = Camera { eye, target: target.value, up: up.value, fov_y_deg: fov.value };
+    let camera =
+        Camera { eye, target: target.value, up: up.value, fov_y_deg: fov.value, ..Camera::default() };
     Ok(camera)
 }
 

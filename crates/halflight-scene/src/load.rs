@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use halflight_core::scene::{Material, Mesh, Scene};
 
@@ -52,7 +53,7 @@ pub(crate) fn load(text: &str, name: &str, folder: &Path) -> Result<Loaded, Scen
     all.validate().map_err(fault)?;
     let animation = file.animation.map(|entry| entry.place(source, &file.lights, &all, &vertices));
     let animation = animation.transpose()?;
-    let scene = Scene { mesh: all, lights: file.lights, camera: file.camera };
+    let scene = Scene { mesh: Arc::new(all), lights: file.lights, camera: file.camera };
     Ok(Loaded { scene, animation, report })
 }
 

@@ -24,6 +24,7 @@ fn camera_and_lights_are_what_the_file_says() {
         target: Vec3::new(0.0, 0.0, -10.0),
         up: Vec3::Z,
         fov_y_deg: 30.5,
+        ..Camera::default()
     };
     assert_eq!(scene.camera, camera);
     let first = AreaLight {

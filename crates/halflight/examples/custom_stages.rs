@@ -2,16 +2,17 @@
 //!
 //! `cargo run --example custom_stages` renders a bundled scene with all three and prints what they did.
 
+use halflight::prepared::PreparedScene;
 use std::error::Error;
 use std::sync::Arc;
 
-use halflight::bvh::{Bvh, BvhRays};
+use halflight::bvh::BvhRays;
 use halflight::fragment::{Fragments, Sample};
 use halflight::frame::Frame;
 use halflight::mask::{MaskBatch, Purpose};
 use halflight::pattern::Pattern;
 use halflight::pipeline::Pipeline;
-use halflight::stages::{Refiner, Unsupported, Upsampler, Visibility};
+use halflight::stages::{RefineOutput, Refiner, Unsupported, Upsampler, Visibility};
 
 /// Fragments of one fixed size, sampled at their first receiver pixel.
 struct Blocks {
@@ -25,7 +26,7 @@ impl Refiner for Blocks {
         light: u32,
         visibility: &mut dyn Visibility,
         fragments: &mut Fragments,
-    ) {
+    ) -> RefineOutput<'_> {
         let gbuffer = frame.gbuffer;
         let size = 1 << self.level;
         let batch = fragments.open_batch(frame.pattern, Purpose::Final);
@@ -49,6 +50,7 @@ impl Refiner for Blocks {
             }
         }
         visibility.masks(frame, fragments.batch_mut(batch));
+        RefineOutput::default()
     }
 }
 
@@ -91,13 +93,12 @@ impl Upsampler for Flat {
 
 /// Renders the `contact` scene with the three stages and returns a summary.
 pub fn run() -> Result<String, Box<dyn Error>> {
-    let scene = Arc::new(halflight::scene_file::load_bundled("contact")?.scene);
-    let bvh = Arc::new(Bvh::build(&scene.mesh)?);
+    let scene = PreparedScene::new(halflight::scene_file::load_bundled("contact")?.scene)?;
     let builder = || {
-        Pipeline::builder(Arc::clone(&scene), Arc::clone(&bvh))
+        Pipeline::builder(&scene)
             .size(160, 120)
             .refiner(Blocks { level: 2 })
-            .visibility(Counting { rays: BvhRays::new(Arc::clone(&bvh)), queries: 0 })
+            .visibility(Counting { rays: BvhRays::new(Arc::clone(scene.bvh())), queries: 0 })
             .upsampler(Flat)
     };
     let mut pipeline = builder().build()?;

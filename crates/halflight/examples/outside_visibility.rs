@@ -6,6 +6,7 @@
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use halflight::config::PipelineConfig;
 use halflight::glam::{Vec2, Vec3};
@@ -76,7 +77,7 @@ fn mesh() -> Mesh {
 fn main() -> Result<(), Box<dyn Error>> {
     let picture = std::env::args_os().nth(1).map_or_else(|| "outside_visibility.png".into(), PathBuf::from);
     let scene = Scene {
-        mesh: mesh(),
+        mesh: Arc::new(mesh()),
         lights: vec![AreaLight {
             corner: Vec3::new(1.0, 4.0, 0.5),
             edge_u: Vec3::X * 1.5,

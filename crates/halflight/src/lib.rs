@@ -4,11 +4,11 @@
 
 pub use halflight_core::glam;
 pub use halflight_core::{
-    certificate, fragment, frame, gbuffer, hash, light, mask, pattern, pyramid, scene, stages, stats,
+    camera, certificate, fragment, frame, gbuffer, hash, light, mask, pattern, pyramid, scene, stages, stats,
 };
 pub use halflight_cpu as cpu;
 pub use halflight_cpu::{
-    beam, bvh, config, flush, irradiance, pipeline, raster4d, refine, unshadowed, upsample, voxel,
+    beam, bvh, config, flush, irradiance, pipeline, prepared, raster4d, refine, unshadowed, upsample, voxel,
 };
 #[cfg(feature = "gpu")]
 pub use halflight_gpu as gpu;

@@ -42,6 +42,11 @@ pub enum BvhError {
     /// The mesh contradicts itself.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// The BVH is over another mesh, or over the same one before it moved.
+    #[error(
+        "the BVH is not over the scene's mesh: build one with Bvh::build, or refit it after the mesh has moved"
+    )]
+    Foreign,
     /// A BVH cannot be refitted to another mesh.
     #[error("the mesh has {found} triangles, but the BVH is over {expected}: build a new one")]
     TriangleCount {

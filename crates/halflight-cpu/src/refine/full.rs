@@ -3,7 +3,7 @@
 use halflight_core::fragment::Fragments;
 use halflight_core::frame::Frame;
 use halflight_core::mask::Purpose;
-use halflight_core::stages::{Refiner, Visibility};
+use halflight_core::stages::{RefineOutput, Refiner, Visibility};
 
 use super::pixel_set::PixelSet;
 use super::trace_pixels;
@@ -22,7 +22,7 @@ impl Refiner for Full {
         light: u32,
         visibility: &mut dyn Visibility,
         fragments: &mut Fragments,
-    ) {
+    ) -> RefineOutput<'_> {
         let gbuffer = frame.gbuffer;
         self.receivers.reset(gbuffer.width, gbuffer.height);
         self.receivers.insert_where(|pixel| gbuffer.is_receiver(pixel));
@@ -30,6 +30,7 @@ impl Refiner for Full {
         let batch = fragments.open_batch(frame.pattern, Purpose::Final);
         trace_pixels(frame, light, &self.pixels, visibility, fragments.batch_mut(batch));
         fragments.push_pixels(batch, &self.pixels);
+        RefineOutput::default()
     }
 
     fn coarsest_level(&self) -> u8 {

@@ -4,7 +4,7 @@ use halflight_core::fragment::{Fragments, Sample};
 use halflight_core::frame::Frame;
 use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::Pattern;
-use halflight_core::stages::{Refiner, Visibility};
+use halflight_core::stages::{RefineOutput, Refiner, Visibility};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -287,7 +287,7 @@ impl Refiner for Nichols {
         light: u32,
         visibility: &mut dyn Visibility,
         fragments: &mut Fragments,
-    ) {
+    ) -> RefineOutput<'_> {
         let coarsest = self.coarsest_level();
         self.levels.resize_with(usize::from(coarsest) + 1, Level::default);
         for (level, cells) in self.levels.iter_mut().enumerate() {
@@ -312,6 +312,7 @@ impl Refiner for Nichols {
             self.settle(frame, level, fragments);
             std::mem::swap(&mut self.pending, &mut self.next);
         }
+        RefineOutput::default()
     }
 
     fn coarsest_level(&self) -> u8 {

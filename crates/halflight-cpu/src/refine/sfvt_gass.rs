@@ -5,7 +5,7 @@ use halflight_core::frame::Frame;
 use halflight_core::hash;
 use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::Pattern;
-use halflight_core::stages::{Refiner, Visibility};
+use halflight_core::stages::{RefineOutput, Refiner, Visibility};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -299,7 +299,7 @@ impl Refiner for SfvtGass {
         light: u32,
         visibility: &mut dyn Visibility,
         fragments: &mut Fragments,
-    ) {
+    ) -> RefineOutput<'_> {
         let gbuffer = frame.gbuffer;
         let coarsest = self.coarsest_level();
         self.pending.resize_with(usize::from(coarsest) + 1, Vec::new);
@@ -331,6 +331,7 @@ impl Refiner for SfvtGass {
             }
         }
         trace_pixels(frame, light, &self.finals, visibility, fragments.batch_mut(finals));
+        RefineOutput::default()
     }
 
     fn patterns(&self, full: Pattern) -> Vec<Pattern> {

@@ -61,12 +61,22 @@ impl Floor {
     }
 
     fn refine(&self, refiner: &mut dyn Refiner, seen: impl Fn(u32, u32) -> u64 + Send) -> (Fragments, u64) {
+        let (fragments, rays, _) = self.refine_known(refiner, seen);
+        (fragments, rays)
+    }
+
+    /// Fragments, rays and the fractions that the refiner hands on.
+    fn refine_known(
+        &self,
+        refiner: &mut dyn Refiner,
+        seen: impl Fn(u32, u32) -> u64 + Send,
+    ) -> (Fragments, u64, Vec<f32>) {
         let mut fragments = Fragments::default();
         fragments.reset(self.gbuffer.width, self.gbuffer.height, 0);
         let mut painted = Painted { seen, rays: 0 };
-        refiner.refine(&self.frame(), 0, &mut painted, &mut fragments);
+        let known = refiner.refine(&self.frame(), 0, &mut painted, &mut fragments).fractions.to_vec();
         fragments.validate(&self.gbuffer).unwrap();
-        (fragments, painted.rays)
+        (fragments, painted.rays, known)
     }
 }
 
@@ -318,13 +328,13 @@ fn fractions_that_are_known_are_those_of_the_masks() {
         let config = LatticeConfig { target, ..LatticeConfig::default() };
         for seen in [&ramp as &(dyn Fn(u32, u32) -> u64 + Sync), &disagreement] {
             let mut refiner = Lattice::new(config);
-            let (fragments, _) = floor.refine(&mut refiner, seen);
+            let (fragments, _, known) = floor.refine_known(&mut refiner, seen);
             let values = |shading, known: &[f32]| {
                 let mut values = Vec::new();
                 irradiance::evaluate(&floor.frame(), &fragments, shading, known, &mut values);
                 values
             };
-            let known = refiner.fractions();
+            let known = &known[..];
             assert!(known.iter().any(|fraction| fraction.is_nan()) && known.contains(&1.0));
             assert_eq!(values(Shading::Ratio, known), values(Shading::Ratio, &[]), "{target}");
             // They are indeed taken, as far as they go, and for nothing else.

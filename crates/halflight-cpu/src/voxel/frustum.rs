@@ -18,8 +18,10 @@ pub struct Frustum {
     pub rows: [DVec3; 3],
     /// World-space size of a texel at depth 1: right and up.
     pub texel: [Vec3; 2],
-    /// The view direction.
+    /// Unit direction of view.
     pub forward: Vec3,
+    /// Direction through the middle of the image, one unit along the view direction.
+    pub centre: Vec3,
     /// Depth at which it begins.
     pub near: f32,
     /// Depth at which it ends.
@@ -38,15 +40,19 @@ impl Frustum {
             forward.cross(camera.up).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
         let up = right.cross(forward);
         let half_height = (camera.fov_y_deg.to_radians() * 0.5).tan();
-        let half_width = half_height * aspect;
+        let half_width = half_height * camera.aspect.unwrap_or(aspect);
+        let shift = camera.shift;
         let texels = side as f64;
         let depth = forward.as_dvec3();
-        let across = |axis: Vec3, half: f32| (axis.as_dvec3() / f64::from(half) + depth) * (0.5 * texels);
+        let across = |axis: Vec3, half: f32, shift: f32| {
+            (axis.as_dvec3() / f64::from(half) + depth * (1.0 - f64::from(shift))) * (0.5 * texels)
+        };
         Self {
             eye: camera.eye,
-            rows: [across(right, half_width), across(-up, half_height), depth],
+            rows: [across(right, half_width, shift.x), across(-up, half_height, -shift.y), depth],
             texel: [right * (2.0 * half_width / side as f32), up * (2.0 * half_height / side as f32)],
             forward,
+            centre: forward + right * (half_width * shift.x) + up * (half_height * shift.y),
             near,
             far,
             side,
@@ -91,7 +97,7 @@ impl Frustum {
             let along = |axis: usize, at: usize| (at + (corner >> axis & 1)) as f32;
             let (x, y) = (along(0, column) - middle, along(1, row) - middle);
             let depth = self.near + along(2, slice) * (self.far - self.near) / self.bits as f32;
-            self.eye + (self.forward + self.texel[0] * x - self.texel[1] * y) * depth
+            self.eye + (self.centre + self.texel[0] * x - self.texel[1] * y) * depth
         })
     }
 

@@ -1,5 +1,6 @@
 //! Devices that render the rows of an experiment: the CPU, or a GPU.
 
+use halflight_cpu::prepared::PreparedScene;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -69,9 +70,10 @@ impl Device {
     ) -> Result<Option<Machine>, AblateError> {
         match self {
             Self::Cpu => {
-                let builder = row.config.builder(Arc::clone(scene), Arc::clone(bvh));
-                let pipeline =
-                    builder.build().map_err(|source| AblateError::Pipeline { row: row.label(), source })?;
+                let fault = |source| AblateError::Pipeline { row: row.label(), source };
+                let prepared = PreparedScene::with_bvh(Scene::clone(scene), Arc::clone(bvh));
+                let prepared = prepared.map_err(|source| fault(source.into()))?;
+                let pipeline = row.config.builder(&prepared).build().map_err(fault)?;
                 Ok(Some(Machine::Cpu(Box::new(pipeline))))
             }
             #[cfg(feature = "gpu")]

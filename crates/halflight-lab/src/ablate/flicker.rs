@@ -1,5 +1,6 @@
 //! Flicker: each row along the scene's animation, frame by frame, against references that move alike.
 
+use halflight_cpu::prepared::PreparedScene;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -113,8 +114,9 @@ pub(super) fn measure(
         for (index, row) in rows.iter().enumerate() {
             progress.now(format!("{}: frame {number} of {of}, {}", setting.label, row.label()));
             let fault = |source| AblateError::Pipeline { row: row.label(), source };
-            let mut pipeline =
-                row.config.builder(Arc::clone(&scene), Arc::clone(&bvh)).build().map_err(fault)?;
+            let prepared = PreparedScene::with_bvh(Scene::clone(&scene), Arc::clone(&bvh));
+            let prepared = prepared.map_err(|source| fault(source.into()))?;
+            let mut pipeline = row.config.builder(&prepared).build().map_err(fault)?;
             let image = pipeline.render().map_err(fault)?.irradiance.clone();
             let unlike = |source| AblateError::Compare { row: row.label(), source };
             let now = [view(&config, &image, &receivers)?, view(&config, &truth.irradiance, &receivers)?];

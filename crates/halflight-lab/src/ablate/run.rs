@@ -1,5 +1,6 @@
 //! Renders, times and measures the rows of an experiment.
 
+use halflight_cpu::prepared::PreparedScene;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -218,8 +219,10 @@ impl Truth {
         let paper = match experiment.paper.as_ref().and_then(|paper| paper.reference_samples) {
             Some(count) => {
                 let row = Row::monte_carlo(width, height, count, seed);
-                let builder = row.config.builder(Arc::clone(&scene), Arc::clone(&loaded.bvh));
-                let mut pipeline = builder.build().map_err(|source| fault(&row, source))?;
+                let prepared = PreparedScene::with_bvh(Scene::clone(&scene), Arc::clone(&loaded.bvh));
+                let prepared = prepared.map_err(|source| fault(&row, source.into()))?;
+                let mut pipeline =
+                    row.config.builder(&prepared).build().map_err(|source| fault(&row, source))?;
                 Some(pipeline.render().map_err(|source| fault(&row, source))?.irradiance.clone())
             }
             None => None,

@@ -4,9 +4,9 @@
 //! or all of them where it reaches behind the eye. Nothing is shared with the renderer but the pixels' directions.
 
 use glam::{DVec3, Vec3, Vec3Swizzles as _};
+use halflight_core::camera::View;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_core::scene::Scene;
-use halflight_cpu::gbuffer::View;
 use rayon::prelude::*;
 use serde::Serialize;
 

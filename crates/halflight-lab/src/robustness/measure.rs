@@ -1,5 +1,6 @@
 //! Renders methods and holds their pictures against references.
 
+use halflight_cpu::prepared::PreparedScene;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -119,8 +120,9 @@ impl Ready {
 
 fn render(stage: &Stage, config: &PipelineConfig) -> Result<Vec<Vec3>, Fault> {
     let refused = |fault: PipelineError| Fault::Refused(fault.to_string());
-    let builder = config.builder(Arc::clone(&stage.scene), Arc::clone(&stage.bvh));
-    let mut pipeline = builder.build().map_err(refused)?;
+    let prepared = PreparedScene::with_bvh(Scene::clone(&stage.scene), Arc::clone(&stage.bvh));
+    let prepared = prepared.map_err(|fault| refused(fault.into()))?;
+    let mut pipeline = config.builder(&prepared).build().map_err(refused)?;
     Ok(pipeline.render().map_err(refused)?.irradiance.clone())
 }
 

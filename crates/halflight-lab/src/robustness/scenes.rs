@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3};
 use halflight_core::light::AreaLight;
 use halflight_core::scene::{Camera, Material, Mesh, Scene};
+use std::sync::Arc;
 
 /// A scene of flat quads under one light, y up, metres. Starts as the easy one that all others depart from: a floor of
 /// 20 × 20 m, a light of 1 × 1 m that shines down from 4 m, seen from 2 m above the floor.
@@ -13,13 +14,14 @@ impl Set {
     /// Light and camera, and nothing to see.
     pub(super) fn bare() -> Self {
         Self(Scene {
-            mesh: Mesh { materials: vec![Material::default()], ..Mesh::default() },
+            mesh: Arc::new(Mesh { materials: vec![Material::default()], ..Mesh::default() }),
             lights: vec![square_light(Vec3::new(0.0, 4.0, 0.0), 1.0)],
             camera: Camera {
                 eye: Vec3::new(0.625, 2.0, 3.25),
                 target: Vec3::new(0.0, 0.25, 0.0),
                 up: Vec3::Y,
                 fov_y_deg: 50.0,
+                ..Camera::default()
             },
         })
     }
@@ -37,7 +39,7 @@ impl Set {
 
     /// Adds the parallelogram at a corner; its normal is along `u × v`.
     pub(super) fn quad(mut self, corner: Vec3, u: Vec3, v: Vec3) -> Self {
-        let mesh = &mut self.0.mesh;
+        let mesh = Arc::make_mut(&mut self.0.mesh);
         let first = mesh.positions.len() as u32;
         mesh.positions.extend([corner, corner + u, corner + u + v, corner + v]);
         mesh.normals.extend([u.cross(v).normalize_or_zero(); 4]);
@@ -75,7 +77,7 @@ impl Set {
     pub(super) fn placed(mut self, scale: f32, offset: Vec3) -> Self {
         let scene = &mut self.0;
         let place = |point: &mut Vec3| *point = *point * scale + offset;
-        scene.mesh.positions.iter_mut().for_each(place);
+        Arc::make_mut(&mut scene.mesh).positions.iter_mut().for_each(place);
         for light in &mut scene.lights {
             place(&mut light.corner);
             light.edge_u *= scale;

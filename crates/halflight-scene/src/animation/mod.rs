@@ -7,6 +7,7 @@ mod track;
 
 use std::fmt;
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::Vec3;
 use halflight_core::scene::{Camera, Mesh, Scene};
@@ -53,7 +54,7 @@ impl Animation {
             }
         }
         for motion in &self.meshes {
-            motion.apply(time, &mut scene.mesh);
+            motion.apply(time, Arc::make_mut(&mut scene.mesh));
         }
         scene
     }
@@ -120,6 +121,7 @@ impl Mix for Camera {
             target: self.target.mix(to.target, part),
             up: self.up.mix(to.up, part),
             fov_y_deg: self.fov_y_deg.mix(to.fov_y_deg, part),
+            ..self
         }
     }
 }

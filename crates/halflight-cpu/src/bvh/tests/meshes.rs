@@ -10,6 +10,7 @@ use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::{Camera, Material, Mesh, Scene};
 use halflight_core::stages::Visibility;
+use std::sync::Arc;
 
 /// Numbers in 0 … 1 from a counter.
 pub(crate) struct Numbers(pub(crate) u32);
@@ -116,7 +117,7 @@ pub(crate) fn hall() -> Vec<[Vec3; 3]> {
 
 /// A scene around a mesh.
 pub(crate) fn scene(corners: &[[Vec3; 3]], light: AreaLight) -> Scene {
-    Scene { mesh: mesh(corners), lights: vec![light], camera: Camera::default() }
+    Scene { mesh: Arc::new(mesh(corners)), lights: vec![light], camera: Camera::default() }
 }
 
 /// A horizontal square light that shines down, its middle at `middle`.

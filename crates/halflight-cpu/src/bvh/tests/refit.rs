@@ -1,5 +1,6 @@
 //! A refitted BVH answers like one built anew.
 
+use crate::prepared::PreparedScene;
 use std::sync::Arc;
 
 use glam::{Mat3, Vec3};
@@ -124,22 +125,22 @@ fn a_pipeline_goes_on_with_what_has_moved() {
         Arc::new(Scene { camera, ..scene(&corners, lamp(Vec3::new(4.0 + 3.8 * shift, 3.8, 8.0), 1.5)) })
     };
     let pipeline = |scene: &Arc<Scene>| {
-        let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
-        let pipeline = Pipeline::builder(Arc::clone(scene), Arc::clone(&bvh)).size(48, 36).build().unwrap();
-        (pipeline, bvh)
+        let prepared = PreparedScene::new(Scene::clone(scene)).unwrap();
+        (Pipeline::builder(&prepared).size(48, 36).build().unwrap(), prepared)
     };
     let (still, moved) = (at(0.0), at(0.3));
-    let (mut going, bvh) = pipeline(&still);
+    let (mut going, mut prepared) = pipeline(&still);
     let before = going.render().unwrap().irradiance.clone();
-    let follow = Arc::new(bvh.follow(&moved.mesh).unwrap());
+    prepared.move_mesh(Arc::clone(&moved.mesh)).unwrap();
+    prepared.set_lights(Vec::new());
     // A scene that cannot be rendered is refused, and the pipeline is as it was.
-    let dark = Arc::new(Scene { lights: Vec::new(), ..Scene::clone(&moved) });
-    let backend = Box::new(BvhRays::new(Arc::clone(&follow)));
-    let fault = going.set_scene(dark, Arc::clone(&follow), backend.clone());
+    let backend = Box::new(BvhRays::new(Arc::clone(prepared.bvh())));
+    let fault = going.set_scene(&prepared, backend.clone());
     assert!(matches!(fault, Err(PipelineError::NoLight)));
     going.set_frame_index(0);
     assert_eq!(going.render().unwrap().irradiance, before);
-    going.set_scene(Arc::clone(&moved), follow, backend).unwrap();
+    prepared.set_lights(moved.lights.clone());
+    going.set_scene(&prepared, backend).unwrap();
     going.set_frame_index(0);
     let after = going.render().unwrap().irradiance.clone();
     assert_eq!(after, pipeline(&moved).0.render().unwrap().irradiance);

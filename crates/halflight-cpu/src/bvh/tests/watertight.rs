@@ -90,7 +90,7 @@ fn rays_through_edges_and_corners_of_closed_meshes_are_stopped() {
 /// Scale and shift of everything in a scene.
 fn placed(mut scene: Scene, scale: f32, shift: Vec3) -> Scene {
     let place = |p: Vec3| p * scale + shift;
-    scene.mesh.positions.iter_mut().for_each(|p| *p = place(*p));
+    Arc::make_mut(&mut scene.mesh).positions.iter_mut().for_each(|p| *p = place(*p));
     for light in &mut scene.lights {
         light.corner = place(light.corner);
         light.edge_u *= scale;
@@ -168,6 +168,7 @@ fn closed_boxes_let_nothing_in() {
         target: Vec3::new(-0.2, -0.1, 0.0),
         up: Vec3::Y,
         fov_y_deg: 120.0,
+        ..Camera::default()
     };
     for (scale, shift) in placements() {
         let scene = placed(Scene { camera, ..scene(&closed, light) }, scale, shift);

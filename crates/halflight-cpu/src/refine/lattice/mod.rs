@@ -14,7 +14,7 @@ use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_core::mask::Purpose;
 use halflight_core::pattern::Pattern;
 use halflight_core::pyramid::MAX_LEVEL;
-use halflight_core::stages::{Refiner, Visibility};
+use halflight_core::stages::{RefineOutput, Refiner, Visibility};
 use halflight_core::stats::CertificateCounts;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -424,7 +424,7 @@ impl Refiner for Lattice {
         light: u32,
         visibility: &mut dyn Visibility,
         fragments: &mut Fragments,
-    ) {
+    ) -> RefineOutput<'_> {
         let gbuffer = frame.gbuffer;
         let top = self.top();
         self.plan = if self.config.target > 0.0 {
@@ -512,22 +512,14 @@ impl Refiner for Lattice {
             }
             fragments.push_cell(cell.level, cell.x, cell.y, &own[..count]);
         }
+        RefineOutput::default()
+            .with_expected_error(self.expected)
+            .with_fractions(&self.fractions)
+            .with_certified(self.proved)
     }
 
     fn patterns(&self, full: Pattern) -> Vec<Pattern> {
         if self.config.target > 0.0 { SamplingPlan::patterns(full.kind) } else { vec![full] }
-    }
-
-    fn expected_error(&self) -> Option<f64> {
-        self.expected
-    }
-
-    fn fractions(&self) -> &[f32] {
-        &self.fractions
-    }
-
-    fn proofs(&self) -> CertificateCounts {
-        self.proved
     }
 
     /// Returns 0: discontinuities are found by the tangent-plane test, not in the pyramid.

@@ -56,6 +56,7 @@ fn masks_of_a_hall_are_mostly_those_of_ray_tracing() {
         target: Vec3::new(4.5, 1.5, 4.0),
         up: Vec3::Y,
         fov_y_deg: 60.0,
+        ..Camera::default()
     };
     let stage = Stage::new(Scene { camera, ..scene(&hall(), lamp(Vec3::new(4.0, 2.8, 8.0), 1.0)) }, 64, 48);
     let questions = stage.questions(|_| true);

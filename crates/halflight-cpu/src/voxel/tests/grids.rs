@@ -5,8 +5,7 @@ use glam::DVec3;
 use super::*;
 use crate::bvh::tests::meshes::mesh;
 
-const CAMERA: Camera =
-    Camera { eye: Vec3::new(0.3, 0.2, 4.0), target: Vec3::new(0.0, -0.1, 0.0), up: Vec3::Y, fov_y_deg: 55.0 };
+const CAMERA: Camera = Camera::look_at(Vec3::new(0.3, 0.2, 4.0), Vec3::new(0.0, -0.1, 0.0), Vec3::Y, 55.0);
 
 fn filled(frustum: &Frustum, triangles: &[[Vec3; 3]]) -> Grid {
     let grid = Grid::new(frustum.side, frustum.bits);
@@ -98,7 +97,7 @@ fn voxels_that_nothing_touches_stay_unset() {
 
 #[test]
 fn a_wall_that_faces_the_camera_is_one_slice_thick() {
-    let camera = Camera { eye: Vec3::ZERO, target: Vec3::NEG_Z, up: Vec3::Y, fov_y_deg: 90.0 };
+    let camera = Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y, 90.0);
     let frustum = Frustum::new(&camera, 1.0, (1.0, 9.0), 64, 64);
     // At depth 4.05 the image is 8.1 wide: 64 texels, slices of an eighth of a metre.
     let at = |x: f32, y: f32| Vec3::new(x, y, -4.05);

@@ -125,6 +125,7 @@ fn floor_with(blockers: &[(Vec3, Vec3)]) -> Scene {
         target: Vec3::new(0.0, 0.5, 0.0),
         up: Vec3::Y,
         fov_y_deg: 50.0,
+        ..Camera::default()
     };
     Scene { camera, ..scene(&corners, lamp(Vec3::new(0.0, 2.5, 0.0), 0.5)) }
 }

@@ -39,7 +39,13 @@ impl Kernel for Visits<'_> {
 }
 
 fn frustum(side: usize, bits: usize) -> Frustum {
-    let camera = Camera { eye: Vec3::new(1.0, 2.0, 3.0), target: Vec3::ZERO, up: Vec3::Y, fov_y_deg: 60.0 };
+    let camera = Camera {
+        eye: Vec3::new(1.0, 2.0, 3.0),
+        target: Vec3::ZERO,
+        up: Vec3::Y,
+        fov_y_deg: 60.0,
+        ..Camera::default()
+    };
     Frustum::new(&camera, 1.3, (1.0, 8.0), side, bits)
 }
 

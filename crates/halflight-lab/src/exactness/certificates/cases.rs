@@ -6,6 +6,7 @@ use halflight_core::light::AreaLight;
 use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::scene::{Camera, MIN_DIAGONAL, Material, Mesh, Scene};
+use std::sync::Arc;
 
 /// Receivers of a group: as many as beams take together.
 const GROUP: usize = 64;
@@ -89,7 +90,7 @@ impl Cases {
         for (pixel, (&origin, &key)) in group.origins.iter().zip(&group.keys).enumerate() {
             batch.push(place(origin), Vec3::Y, pixel as u32, key, None);
         }
-        (Scene { mesh, lights: vec![light], camera: Camera::default() }, batch)
+        (Scene { mesh: Arc::new(mesh), lights: vec![light], camera: Camera::default() }, batch)
     }
 }
 

@@ -179,7 +179,7 @@ mod tests {
     impl Visibility for Shrunk {
         fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
             let mut scene = frame.scene.clone();
-            for corners in scene.mesh.positions.chunks_mut(3) {
+            for corners in Arc::make_mut(&mut scene.mesh).positions.chunks_mut(3) {
                 let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
                 corners.iter_mut().for_each(|corner| *corner += (middle - *corner) * 5e-7);
             }
