@@ -1,4 +1,4 @@
-//! A refitted BVH answers like one built anew.
+//! Masks of a refitted BVH equal those of a new one.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use super::meshes::{Numbers, answer, ask, clusters, hall, lamp, mesh, patterns, 
 use crate::bvh::{Bvh, BvhError, BvhRays};
 use crate::pipeline::{Pipeline, PipelineError};
 
-/// A BVH over `from`, fitted to `to`.
+/// BVH over `from`, refitted to `to`.
 fn refitted(from: &Mesh, to: &Mesh) -> Bvh {
     let mut bvh = Bvh::build(from).unwrap();
     bvh.refit(to).unwrap();
@@ -24,10 +24,10 @@ fn answers(bvh: &Arc<Bvh>, scene: &Scene, origins: &[Vec3]) -> Vec<u64> {
     [false, true].into_iter().flat_map(visible).collect()
 }
 
-/// A way to move a vertex, and its name.
+/// Name of a motion, and the function that moves a vertex.
 type Motion = (&'static str, Box<dyn FnMut(Vec3) -> Vec3>);
 
-/// All alike, bending, apart, at random, onto a plane, far away.
+/// Rigid motion, bending, pulling apart, random offsets, projection onto a plane, and a large translation.
 fn motions() -> Vec<Motion> {
     let mut numbers = Numbers(9);
     let mut others = Numbers(10);
@@ -64,7 +64,7 @@ fn answers_are_those_of_a_fresh_build() {
             assert!(answers(&moved, &scene, &origins) == expected, "{name}");
             let visible: u32 = expected.iter().map(|bits| bits.count_ones()).sum();
             mixed += usize::from(visible > 1000);
-            // Without the refit the answers are wrong, or the comparison would say little.
+            // Without the refit the masks must differ, or the comparison has no power.
             if name == "turn" {
                 assert!(answers(&Arc::new(Bvh::build(&still).unwrap()), &scene, &origins) != expected);
             }
@@ -132,7 +132,7 @@ fn a_pipeline_goes_on_with_what_has_moved() {
     let (mut going, bvh) = pipeline(&still);
     let before = going.render().unwrap().irradiance.clone();
     let follow = Arc::new(bvh.follow(&moved.mesh).unwrap());
-    // A scene that cannot be rendered is refused, and the pipeline is as it was.
+    // A scene that cannot be rendered is refused, and the pipeline is unchanged.
     let dark = Arc::new(Scene { lights: Vec::new(), ..Scene::clone(&moved) });
     let backend = Box::new(BvhRays::new(Arc::clone(&follow)));
     let fault = going.set_scene(dark, Arc::clone(&follow), backend.clone());
