@@ -145,11 +145,11 @@ fn the_lattice() {
     let wrong = [
         [
             "refine/discontinuities",
-            "if rises.above_a <= rises.limit &&",
-            "if rises.above_a <= 2.0 * rises.limit ||",
+            "if elevations.above_a <= elevations.limit &&",
+            "if elevations.above_a <= 2.0 * elevations.limit ||",
         ],
         ["refine/discontinuities_gather", "|= discontinuities[", "= discontinuities["],
-        ["refine/lattice_classify", "breaks_here == STEP &&", "breaks_here == SHADES &&"],
+        ["refine/lattice_classify", "strongest == STEP &&", "strongest == SHADES &&"],
         ["refine/lattice_request", "|| waits(corner);", ";"],
         ["refine/lattice_value", "let fraction = query_fraction(query);", "let fraction = 0.5;"],
         ["refine/lattice_split_test", "high - low <= frame.error", "high - low <= 2.0 * frame.error"],
