@@ -1,4 +1,4 @@
-//! The few colour conversions the measures share. Linear RGB has sRGB (Rec. 709) primaries and white point D65.
+//! Colour conversions of the measures. Linear RGB has sRGB (Rec. 709) primaries and white point D65.
 
 use glam::{DMat3, DVec3};
 
@@ -19,7 +19,7 @@ pub(crate) fn srgb_encode(linear: f32) -> f32 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// The conversions between linear RGB and the two spaces ꟻLIP works in; holds the inverse matrix and the white point.
+/// Conversions between linear RGB and the two spaces of ꟻLIP; holds the inverse matrix and the white point.
 pub(crate) struct Spaces {
     rgb_from_xyz: DMat3,
     white: DVec3,

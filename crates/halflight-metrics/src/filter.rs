@@ -3,10 +3,10 @@
 
 use rayon::prelude::*;
 
-/// What a filter reads beyond the image's edge.
+/// Values that a filter reads beyond the image's edge.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Border {
-    /// The nearest pixel of the image.
+    /// Nearest pixel of the image.
     Clamp,
     /// Zero.
     Zero,

@@ -1,4 +1,4 @@
-//! Flicker of made-up frames, by hand.
+//! Flicker of synthetic frames, computed by hand.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 

@@ -10,7 +10,7 @@ use std::{
 use glam::Vec3;
 use halflight_metrics::{CompareError, Image, error_map, squared_error_picture, tone_map, write_png};
 
-/// An empty folder of the test's own.
+/// Creates an empty folder for one test.
 fn folder(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     if path.exists() {
@@ -94,7 +94,7 @@ fn failed_writes_leave_nothing_behind() {
     assert_eq!(fs::read(&path).unwrap(), b"before");
     assert_eq!(names(&folder), ["kept.png"]);
 
-    // A folder is in the way, or missing.
+    // Path that is a folder, and path in a missing folder.
     let taken = folder.join("taken");
     fs::create_dir_all(taken.join("inside")).unwrap();
     assert!(write_png(&taken, 1, 1, &[[0; 3]]).is_err());

@@ -23,7 +23,7 @@ pub(crate) struct Context {
 }
 
 impl Context {
-    /// Records `warning` unless it has been said.
+    /// Records `warning` unless it was recorded before.
     pub(crate) fn warn(&mut self, warning: String) {
         if self.said.insert(warning.clone()) {
             self.warnings.push(warning);

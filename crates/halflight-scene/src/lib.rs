@@ -90,14 +90,14 @@ pub use bundled::bundled;
 pub use error::{Place, SceneError};
 pub use report::{LoadReport, MeshReport};
 
-/// A scene and what loading it did.
+/// Scene and the results of loading it.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// Ready to render: world space, clean, valid.
+    /// Scene ready to render: world space, clean, valid.
     pub scene: Scene,
-    /// How it changes with time, if its file says so.
+    /// Animation of the scene, if its file has one.
     pub animation: Option<Animation>,
-    /// What was dropped, computed or left out.
+    /// Report of dropped, computed and ignored content.
     pub report: LoadReport,
 }
 
@@ -114,7 +114,7 @@ pub fn load(path: &Path) -> Result<Loaded, SceneError> {
     load_bytes(bytes, &path.display().to_string(), folder)
 }
 
-/// Loads the scene file that standard input gives. Paths in it are relative to the current folder.
+/// Loads the scene file from standard input. Paths in it are relative to the current folder.
 fn load_standard_input() -> Result<Loaded, SceneError> {
     let mut bytes = Vec::new();
     std::io::stdin()
@@ -137,7 +137,7 @@ fn load_bytes(bytes: Vec<u8>, name: &str, folder: &Path) -> Result<Loaded, Scene
 /// Loads the bundled scene `name`, one of [`bundled`].
 ///
 /// # Errors
-/// [`SceneError::UnknownScene`] where there is none of that name.
+/// [`SceneError::UnknownScene`] if there is no scene of that name.
 pub fn load_bundled(name: &str) -> Result<Loaded, SceneError> {
     let text = bundled::text(name).ok_or_else(|| unknown(name))?;
     load::load(text, &format!("{name}.toml"), Path::new(""))
@@ -146,7 +146,7 @@ pub fn load_bundled(name: &str) -> Result<Loaded, SceneError> {
 /// Loads `name_or_path`: a bundled scene, `-` for standard input, or else a scene file, which may be a pipe.
 ///
 /// # Errors
-/// [`SceneError::UnknownScene`] where it is none of them, and whatever [`load`] finds.
+/// [`SceneError::UnknownScene`] if it is none of them, and all errors of [`load`].
 pub fn resolve(name_or_path: &str) -> Result<Loaded, SceneError> {
     if bundled::text(name_or_path).is_some() {
         return load_bundled(name_or_path);
@@ -159,10 +159,11 @@ pub fn resolve(name_or_path: &str) -> Result<Loaded, SceneError> {
     }
 }
 
-/// Loads the scene that `text` describes. Faults call it `name`; paths in it are relative to `folder`.
+/// Loads the scene that `text` describes. Error messages call it `name`; paths in it are relative to
+/// `folder`.
 ///
 /// # Errors
-/// As for [`load`].
+/// See [`load`].
 pub fn parse(text: &str, name: &str, folder: &Path) -> Result<Loaded, SceneError> {
     load::load(text, name, folder)
 }

@@ -1,4 +1,4 @@
-//! Good OBJ and PLY files: what arrives in the scene.
+//! Valid OBJ and PLY files, and the meshes that they give.
 
 mod common;
 

@@ -101,7 +101,7 @@ impl Builder {
         self.cuboid(foot - half, foot + half + Vec3::Y * size.y);
     }
 
-    /// Adds a copy of `part` with every vertex moved by `map`, which must not mirror.
+    /// Adds a copy of `part` with every vertex transformed by `map`, which must not mirror.
     pub(super) fn place(&mut self, part: &Self, map: impl Fn(Vec3) -> Vec3) {
         let first = self.positions.len() as u32;
         self.positions.extend(part.positions.iter().map(|&p| map(p)));
@@ -109,7 +109,7 @@ impl Builder {
         self.material_ids.extend_from_slice(&part.material_ids);
     }
 
-    /// How many triangles there are so far.
+    /// Number of triangles so far.
     pub(super) fn triangle_count(&self) -> usize {
         self.triangles.len()
     }
@@ -119,7 +119,7 @@ impl Builder {
         let mut sums = vec![Vec3::ZERO; self.positions.len()];
         for &triangle in &self.triangles {
             let [a, b, c] = triangle.map(|vertex| self.positions[vertex as usize]);
-            // Not normalised: larger triangles count for more.
+            // Not normalised: weighted by area.
             let normal = (b - a).cross(c - a);
             for vertex in triangle {
                 sums[vertex as usize] += normal;

@@ -1,4 +1,4 @@
-//! Small scenes whose exact answer can be computed: an open floor, a half-plane, a resting box, a railing.
+//! Small scenes with a closed-form solution: an open floor, a half-plane, a resting box, a railing.
 
 use glam::Vec3;
 use halflight_core::scene::Mesh;
@@ -22,7 +22,7 @@ fn floor(parameters: &mut Parameters) -> Result<Builder, GenerateError> {
     Ok(builder)
 }
 
-/// Nothing but the floor.
+/// Floor alone.
 pub(super) fn open_floor(parameters: &mut Parameters) -> Result<Mesh, GenerateError> {
     let builder = floor(parameters)?;
     parameters.finish()?;
@@ -75,7 +75,7 @@ pub(super) fn railing(parameters: &mut Parameters) -> Result<Mesh, GenerateError
     for bar in 0..bars {
         let x = (bar as f32 / (bars - 1) as f32 - 0.5) * length;
         let end = bar == 0 || bar + 1 == bars;
-        // Ends go a little into the floor and bars into the rails, so that no two faces coincide.
+        // Ends reach slightly into the floor and bars into the rails, so that no two faces coincide.
         let (width, foot, top) = if end {
             (1.5 * rail, -rail, height + rail)
         } else {

@@ -1,4 +1,4 @@
-//! Shapes that halls and trees are made of: turned solids, swept mouldings, tubes, arches, vaults and pierced walls.
+//! Shapes of halls and trees: solids of revolution, swept mouldings, tubes, arches, vaults and pierced walls.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -148,9 +148,9 @@ pub(super) fn arch(half: f32, rise: f32, steps: usize) -> Vec<Vec2> {
         .collect()
 }
 
-/// The section of a groin vault over a rectangle with these half sides, its span scaled to -1 … 1.
+/// Section of a groin vault over a rectangle with these half sides, its span scaled to -1 … 1.
 ///
-/// Both crossing vaults and the groins between them have it, so that they meet.
+/// Both crossing vaults and the groins between them share it, so that they meet.
 pub(super) fn vault_section(half: Vec2, rise: f32, steps: usize) -> Vec<Vec2> {
     let longer = half.max_element();
     arch(longer, rise, steps).into_iter().map(|point| Vec2::new(point.x / longer, point.y)).collect()
@@ -186,7 +186,7 @@ pub(super) struct Opening {
     pub(super) rise: f32,
 }
 
-/// What is behind an [`Opening`].
+/// Fill of an [`Opening`].
 #[derive(Clone, Copy)]
 pub(super) enum Behind {
     /// The wall is pierced and has a back.
@@ -275,7 +275,7 @@ pub(super) fn mullion(builder: &mut Builder, window: Opening, z: f32) {
     }
 }
 
-/// Turns by quarter turns about the y axis, exactly: +z goes to +x.
+/// Rotates by quarter turns about the y axis, exactly: +z goes to +x.
 pub(super) fn quarter(turns: usize, p: Vec3) -> Vec3 {
     match turns % 4 {
         0 => p,

@@ -1,4 +1,4 @@
-//! What every generator must keep: counts, determinism, valid geometry, solids wound outwards, clear errors.
+//! Invariants of all generators: counts, determinism, valid geometry, solids wound outwards, clear errors.
 
 use std::collections::{HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -21,7 +21,7 @@ fn message(name: &str, parameters: &str) -> String {
 }
 
 fn bits(p: Vec3) -> [u32; 3] {
-    // Adding zero turns -0 into 0, which is the same place.
+    // Adding zero turns -0 into 0, an equal position.
     (p + 0.0).to_array().map(f32::to_bits)
 }
 
@@ -32,7 +32,7 @@ fn hash(mesh: &Mesh) -> u64 {
     hasher.finish()
 }
 
-/// Why a mesh is not fit to be rendered, or nothing.
+/// Reason for which a mesh cannot be rendered, or none.
 fn fault(mesh: &Mesh) -> Option<String> {
     if let Err(error) = mesh.validate() {
         return Some(error.to_string());
@@ -129,7 +129,7 @@ fn every_mesh_is_valid_and_the_same_each_time() {
     assert_ne!(hash(&mesh("hairball", "seed = 1")), hash(&mesh("hairball", "seed = 2")));
 }
 
-/// How many edges have more triangles on one side than on the other; the floor at y = 0 is left out.
+/// Number of edges with more triangles on one side than on the other; the floor at y = 0 is left out.
 fn open_edges(mesh: &Mesh) -> usize {
     let mut balance: HashMap<[[u32; 3]; 2], i32> = HashMap::new();
     for corners in (0..mesh.triangle_count()).map(|i| mesh.corners(i)) {
