@@ -1,4 +1,5 @@
-//! Shadow rays that share a receiver or a light sample: packets against single rays, on one thread. Throughput is in rays.
+//! Shadow rays that share a receiver or a light sample: packets against single rays, on one thread.
+//! Throughput is in rays.
 
 #![allow(missing_docs, clippy::unwrap_used)]
 

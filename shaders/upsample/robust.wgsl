@@ -268,8 +268,8 @@ fn mix_in(sample: Sample, other: Tangent, trusted: f32) {
     let d = sample.at - pixel_at;
     let near = d.x * d.x + d.y * d.y + 0.25;
     agreeing = mixed_with(agreeing, sample.value, trusted * agreement(own, other) / near);
-    // Where no surface matches, a mixture that may contain the pixel's own is better than a pure sample of
-    // another.
+    // Fit of a mixture: 1/2, since one that may contain the pixel's own surface is better than a pure sample
+    // of another.
     var fit = 0.5;
     if trusted >= 0.5 {
         fit = likeness(own, other);

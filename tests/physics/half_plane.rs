@@ -94,8 +94,9 @@ fn sampled_irradiance_is_unbiased() {
     let light = stage.scene.lights[0];
     let (mean_square, largest, used, strays) =
         z_scores(&stage, Shading::Sampled, 200, |point| exact(&light, point, 2.0));
-    // z² of a mean over 200 seeds is chi-square with one degree of freedom: mean 1, standard deviation of the mean over
-    // `used` pixels √(2/used). The largest of about 1,500 normal numbers lies below 5 with probability 0.999.
+    // z² of a mean over 200 seeds is chi-square with one degree of freedom: mean 1, standard deviation of the
+    // mean over `used` pixels √(2/used). The largest of about 1,500 normal numbers lies below 5 with
+    // probability 0.999.
     let spread = (2.0 / used as f64).sqrt();
     assert!(used > 800, "{used} pixels");
     assert!((mean_square - 1.0).abs() < 5.0 * spread, "mean z² {mean_square} of {used} pixels");

@@ -2,7 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
-/// Linear sRGB to CIE XYZ, derived from the chromaticities of IEC 61966-2-1 (as in CSS Color 4, §10). By columns.
+/// Linear sRGB to CIE XYZ, derived from the chromaticities of IEC 61966-2-1 (as in CSS Color 4, §10). By
+/// columns.
 const XYZ_FROM_RGB: DMat3 = DMat3::from_cols(
     DVec3::new(0.412_390_799_265_96, 0.212_639_005_871_51, 0.019_330_818_715_59),
     DVec3::new(0.357_584_339_383_88, 0.715_168_678_767_76, 0.119_194_779_794_63),

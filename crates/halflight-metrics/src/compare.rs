@@ -40,8 +40,9 @@ pub struct Comparison {
     /// K₁ 0.01, K₂ 0.03) after both are divided by the peak. 1 is identical. Windows are cut off and
     /// reweighted at the image's edge and at masked pixels.
     pub ssim: f64,
-    /// Mean LDR-ꟻLIP (Andersson et al. 2020) at 67 pixels per degree, 0 (identical) to 1. Exposure: both divided by
-    /// the peak and clamped to 0..1. Tone curve: sRGB. Masked pixels are black in both and do not count.
+    /// Mean LDR-ꟻLIP (Andersson et al. 2020) at 67 pixels per degree, 0 (identical) to 1. Exposure: both
+    /// divided by the peak and clamped to 0..1. Tone curve: sRGB. Masked pixels are black in both and do not
+    /// count.
     pub flip: f64,
 }
 

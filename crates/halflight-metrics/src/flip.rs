@@ -15,12 +15,13 @@ use crate::{
     pair::Pair,
 };
 
-/// A 0.7 m wide screen of 3840 pixels seen from 0.7 m: the paper's default, rounded as its authors' program does.
+/// A 0.7 m wide screen of 3840 pixels seen from 0.7 m: the paper's default, rounded as its authors' program
+/// does.
 const PIXELS_PER_DEGREE: f64 = 67.0;
 /// Width in degrees of the feature detectors.
 const FEATURE_WIDTH: f64 = 0.082;
-/// Exponent of the colour difference, and the point (share of the largest difference, error) at which its remapping
-/// has its knee (error redistribution).
+/// Exponent of the colour difference, and the point (share of the largest difference, error) at which its
+/// remapping has its knee (error redistribution).
 const COLOR_EXPONENT: f64 = 0.7;
 const KNEE: (f64, f64) = (0.4, 0.95);
 
@@ -227,8 +228,8 @@ mod tests {
         flip_map(image, reference, width as usize).iter().sum::<f64>() / image.len() as f64
     }
 
-    /// Means computed by the authors' own program (through its Rust binding nv-flip 0.1.2, at 67 pixels per degree)
-    /// on these very images. It is kept out of the dependencies because it needs a C++ compiler.
+    /// Means computed by the authors' own program (through its Rust binding nv-flip 0.1.2, at 67 pixels per
+    /// degree) on these very images. It is kept out of the dependencies because it needs a C++ compiler.
     #[test]
     fn agrees_with_the_authors_program() {
         let known = [

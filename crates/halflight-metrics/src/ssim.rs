@@ -1,5 +1,5 @@
-//! Structural similarity: Wang, Bovik, Sheikh, Simoncelli, "Image Quality Assessment: From Error Visibility to
-//! Structural Similarity", IEEE TIP 13(4), 2004, Eq. 13 with the constants of §III-C.
+//! Structural similarity: Wang, Bovik, Sheikh, Simoncelli, "Image Quality Assessment: From Error Visibility
+//! to Structural Similarity", IEEE TIP 13(4), 2004, Eq. 13 with the constants of §III-C.
 
 use crate::{
     color::luminance,

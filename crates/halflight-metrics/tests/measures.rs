@@ -347,8 +347,9 @@ fn halves_estimate_the_error_of_their_mean() {
     let view = |pixels| Image::new(64, 64, pixels).unwrap();
     let estimate = halves_noise(view(&a), view(&b)).unwrap();
     let actual = compare(view(&mean), view(&truth)).unwrap().nmse2;
-    // The difference and the mean of two uniform errors are triangular (kurtosis 2.4): each mean square over 12,288
-    // channels has a relative deviation of √(1.4 / 12288) = 1.1 %, the ratio √2 times that; five of them are 7.6 %.
+    // The difference and the mean of two uniform errors are triangular (kurtosis 2.4): each mean square over
+    // 12,288 channels has a relative deviation of √(1.4 / 12288) = 1.1 %, the ratio √2 times that; five of
+    // them are 7.6 %.
     assert!((estimate / actual - 1.0).abs() < 0.076, "estimate {estimate}, actual {actual}");
 }
 

@@ -8,7 +8,8 @@ use crate::folders::Folders;
 use crate::mtl::Library;
 use crate::texture::TextureStore;
 
-/// Largest number of vertices and of triangles: what the renderer can index, with triangle corners in 32 bits.
+/// Largest number of vertices and of triangles: what the renderer can index, with triangle corners in 32
+/// bits.
 pub(crate) const MAX_COUNT: usize = (u32::MAX / 4) as usize;
 
 /// State that the meshes of a scene share while it is loaded.

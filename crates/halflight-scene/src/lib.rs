@@ -43,10 +43,11 @@
 //! # Ok::<(), halflight_scene::SceneError>(())
 //! ```
 //!
-//! Faults of scene files, and faults of OBJ and PLY files that leave no mesh to show, are [`SceneError`]s that name the file
-//! and the line or element. Whatever else is not supported or left out is said once, in [`LoadReport::warnings`]: bad lines of
-//! MTL files, faces with a position that is not finite, indices of normals or texture coordinates that are not defined, options
-//! of textures. Triangles without an area are dropped and counted; missing normals are computed.
+//! Faults of scene files, and faults of OBJ and PLY files that leave no usable mesh, are [`SceneError`]s that
+//! name the file and the line or element. Other content that is not supported or is dropped gives one warning
+//! each in [`LoadReport::warnings`]: bad lines of MTL files, faces with a position that is not finite,
+//! undefined indices of normals or texture coordinates, options of textures. Triangles without an area are
+//! dropped and counted; missing normals are computed.
 //!
 //! | file | what is read |
 //! | --- | --- |
@@ -101,8 +102,8 @@ pub struct Loaded {
     pub report: LoadReport,
 }
 
-/// Loads the scene file at `path`. Paths in it are relative to its folder; where it is a pipe, a terminal or anything else below
-/// `/dev` or `/proc`, to the current one.
+/// Loads the scene file at `path`. Paths in it are relative to its folder; where it is a pipe, a terminal or
+/// anything else below `/dev` or `/proc`, to the current one.
 ///
 /// # Errors
 /// Any [`SceneError`] but [`SceneError::UnknownScene`].

@@ -10,10 +10,10 @@ const MAX_EARS: usize = 32;
 
 /// Appends the triangles of the polygon whose corners are `corners`, indices into `positions`.
 ///
-/// Corners that repeat the one before add nothing. Strictly convex polygons become a fan. Others have their ears clipped,
-/// where they are small, or become a constrained Delaunay triangulation in n log n: its triangles inside the outline, so that
-/// polygons that touch themselves, such as those with holes on bridges, keep their area. A polygon that crosses itself gets
-/// triangles as well; what they cover is not specified.
+/// Corners that repeat the one before add nothing. Strictly convex polygons become a fan. Others have their
+/// ears clipped, where they are small, or become a constrained Delaunay triangulation in n log n: its
+/// triangles inside the outline, so that polygons that touch themselves, such as those with holes on bridges,
+/// keep their area. A polygon that crosses itself gets triangles as well; what they cover is not specified.
 pub(crate) fn triangulate(corners: &[u32], positions: &[Vec3], triangles: &mut Vec<[u32; 3]>) {
     let position = |at: u32| positions[at as usize];
     if let &[a, b, c] = corners {

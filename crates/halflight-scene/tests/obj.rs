@@ -168,8 +168,8 @@ fn coordinates_are_rounded_once_after_the_transform() {
 #[test]
 fn a_vertex_of_many_faces_gets_smooth_normals_and_keeps_its_creases() {
     let folder = Folder::new("valence");
-    // Cones of so many sides about their tip: a flat one, which is smooth there, and a steep one, where a face takes the
-    // mean of those within 65°.
+    // Cones of so many sides about their tip: a flat one, which is smooth there, and a steep one, where a
+    // face takes the mean of those within 65°.
     for (sides, height) in [(100, 0.1f32), (1000, 0.1), (100, 5.0), (1000, 5.0)] {
         let ring = (0..sides).map(|side| (side as f32 / sides as f32 * std::f32::consts::TAU).sin_cos());
         let mut text = format!("v 0 {height} 0\n");

@@ -93,7 +93,7 @@ impl Bvh {
                         };
                         if inside != 0 {
                             alive =
-                                self.shadow_block::<S>(&self.blocks[child as usize], packet, alive, inside);
+                                self.any_hit_block::<S>(&self.blocks[child as usize], packet, alive, inside);
                         }
                     }
                 }
@@ -121,7 +121,7 @@ impl Bvh {
     /// Few rays are tested one by one. For many, the planes of the triangles are set up once, triangles out
     /// of a group's reach are dropped, and each remaining one is tested against vectors of rays.
     #[inline(always)]
-    fn shadow_block<S: Simd>(&self, block: &Block, packet: &Packet, alive: u64, rays: u64) -> u64 {
+    fn any_hit_block<S: Simd>(&self, block: &Block, packet: &Packet, alive: u64, rays: u64) -> u64 {
         let reach = packet.low.abs().max(packet.high.abs());
         if rays.count_ones() <= DIRECT {
             return alive & !hidden_by_rays::<S>(block, Vector::splat(reach), packet, rays);
@@ -203,7 +203,7 @@ fn hidden_by_rays<S: Simd>(block: &Block, reach: Vector<S::Eight>, packet: &Pack
     while left != 0 {
         let ray = left.trailing_zeros() as usize;
         left &= left - 1;
-        let (may, surely) = spokes.shadow(Vector::broadcast(&packet.d, ray));
+        let (may, surely) = spokes.any_hit(Vector::broadcast(&packet.d, ray));
         hidden |= u64::from(surely != 0) << ray;
         unsure |= u64::from(may & !surely != 0) << ray;
     }
@@ -232,7 +232,7 @@ fn hidden_by_triangles<S: Simd>(
             if within[at / GROUP] >> lane & 1 == 0 {
                 continue;
             }
-            let (may, surely) = facet.shadow(Vector::load(&packet.d, at));
+            let (may, surely) = facet.any_hit(Vector::load(&packet.d, at));
             left &= !(u64::from(surely & may) << at);
             unsure |= u64::from(may & !surely) << at;
         }

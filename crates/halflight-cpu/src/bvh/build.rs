@@ -1,4 +1,5 @@
-//! Building the BVH: nodes of eight children from the top down, by the surface area heuristic over bins (Wald 2007).
+//! Building the BVH: nodes of eight children from the top down, by the surface area heuristic over bins (Wald
+//! 2007).
 //!
 //! A block of up to eight triangles costs the same however many it holds. A range of n triangles is therefore
 //! taken to cost ⌈n / 8⌉ blocks, and blocks come out nearly full. Ranges that no plane separates are split by
@@ -252,7 +253,7 @@ fn build_node(items: &mut [Item], range: Range, level: usize, padding: f32) -> S
         parts.into_iter().map(make).collect()
     };
     let mut built: Vec<(Range, Subtree)> = children.iter().copied().zip(built).collect();
-    built.sort_by(|(a, one), (b, other)| promise(a, one.area).total_cmp(&promise(b, other.area)));
+    built.sort_by(|(a, one), (b, other)| priority(a, one.area).total_cmp(&priority(b, other.area)));
     let area = built.iter().map(|(_, subtree)| subtree.area).sum();
     let mut all = Subtree { nodes: vec![Node::EMPTY], leaves: Vec::new(), area };
     for (slot, (child, subtree)) in built.into_iter().enumerate() {
@@ -289,7 +290,7 @@ fn open(items: &mut [Item], range: Range, level: usize) -> ([Range; 8], usize) {
 /// ray enters its box and is stopped there, over the cost of testing it. Among the powers of the triangle
 /// count that were tried, the square root is the fastest on a furnished room, a spaceship, two halls and a
 /// tree. The child in the last slot is visited first.
-fn promise(child: &Range, area: f32) -> f32 {
+fn priority(child: &Range, area: f32) -> f32 {
     area.min(0.5 * child.bounds.area()) / (child.count as f32).sqrt()
 }
 

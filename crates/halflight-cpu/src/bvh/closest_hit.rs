@@ -58,7 +58,8 @@ fn farthest<L: Lanes>(t: &[f32; RAYS], count: usize) -> f32 {
 
 impl Bvh {
     /// Finds the closest triangle that each ray of a finished packet meets, as [`exact::Ray`] decides it. The
-    /// lowest index wins where a ray meets several triangles in one point, because they are coplanar or touch.
+    /// lowest index wins where a ray meets several triangles in one point, because they are coplanar or
+    /// touch.
     #[inline(always)]
     pub(crate) fn nearest<S: Simd>(&self, packet: &Packet, stack: &mut [(u32, f32); STACK], hits: &mut Hits) {
         *hits = Hits::new();
@@ -84,7 +85,7 @@ impl Bvh {
                     waiting = push_sorted(node, mask & node.occupied(), enter, stack, waiting);
                 }
                 Child::Block(index) => {
-                    if self.nearest_in_block::<S>(index, packet, &mut targets, hits) {
+                    if self.closest_in_block::<S>(index, packet, &mut targets, hits) {
                         end = farthest::<S::Wide>(&hits.most, packet.count) * (1.0 + ROUNDED);
                     }
                 }
@@ -103,7 +104,7 @@ impl Bvh {
 
     /// True if any ray found a closer hit in a block.
     #[inline(always)]
-    fn nearest_in_block<S: Simd>(
+    fn closest_in_block<S: Simd>(
         &self,
         index: u32,
         packet: &Packet,

@@ -55,7 +55,7 @@ impl Kernel for Segment<'_> {
                 Child::Block(index) => {
                     let block = &bvh.blocks[index as usize];
                     let facets = Facets::new(block, origin, along.abs());
-                    let (may, surely) = facets.shadow(along);
+                    let (may, surely) = facets.any_hit(along);
                     let mut may = may & facets.occupied;
                     if may & surely != 0 {
                         return true;

@@ -76,8 +76,8 @@ impl Targets {
 impl<L: Lanes> Target<L> {
     /// Compares a triangle with the closest hits so far, whose parameters lie between `least` and `most`.
     ///
-    /// With a and b the relative errors of distance and product, both below a quarter, a parameter is wrong by a factor
-    /// of at most (1 + a) / (1 − b) ≤ 1 + 4/3 (a + b).
+    /// With a and b the relative errors of distance and product, both below a quarter, a parameter is wrong
+    /// by a factor of at most (1 + a) / (1 − b) ≤ 1 + 4/3 (a + b).
     #[inline(always)]
     pub(crate) fn find(&self, d: Vector<L>, least: L, most: L) -> Found<L> {
         let zero = L::splat(0.0);

@@ -44,11 +44,11 @@ pub(crate) struct ParameterErrors<L> {
 impl<L: Lanes> Facets<L> {
     /// Prepares a block of triangles. `reach` bounds the components of the rays' directions.
     ///
-    /// With u = 2⁻²⁴, A the largest component of a corner seen from the origin, E that of an edge and D = Σ|dₖ|: sums of
-    /// corners are wrong by at most 4uA in each component, edges by uE, the planes' normals by 20uAE and the products,
-    /// d's own rounding included, by 36uDAE; 64u covers what was rounded on the way. The stored face normals N are
-    /// wrong by u relative to each component, and products of them with corners and directions by 5u(Σ|aₖNₖ| + Σ|dₖNₖ|);
-    /// 8u is taken.
+    /// With u = 2⁻²⁴, A the largest component of a corner seen from the origin, E that of an edge and D =
+    /// Σ|dₖ|: sums of corners are wrong by at most 4uA in each component, edges by uE, the planes' normals by
+    /// 20uAE and the products, d's own rounding included, by 36uDAE; 64u covers what was rounded on the way.
+    /// The stored face normals N are wrong by u relative to each component, and products of them with corners
+    /// and directions by 5u(Σ|aₖNₖ| + Σ|dₖNₖ|); 8u is taken.
     #[inline(always)]
     pub(crate) fn new(block: &Block, origin: Vec3, reach: Vector<L>) -> Self {
         Self::with_errors(block, origin, reach).0
@@ -94,7 +94,7 @@ impl<L: Lanes> Facets<L> {
 
     /// Mask of the triangles that a ray along `d` may meet at t < 1, and of those that it certainly meets.
     #[inline(always)]
-    pub(crate) fn shadow(&self, d: Vector<L>) -> (u32, u32) {
+    pub(crate) fn any_hit(&self, d: Vector<L>) -> (u32, u32) {
         let beyond = self.face.dot(d).sub(self.distance);
         let least = self.least_side(d);
         let (edge, face) = (self.edge_error, self.face_error);

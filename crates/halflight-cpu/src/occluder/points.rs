@@ -119,7 +119,7 @@ impl Kernel for Occlude<'_> {
                     if some == 0 {
                         continue;
                     }
-                    let (may, surely) = facet.shadow(Vector::load(d, at));
+                    let (may, surely) = facet.any_hit(Vector::load(d, at));
                     points.left[word] &= !(u64::from(some & surely) << shift);
                     let mut open = some & may & !surely;
                     while open != 0 {

@@ -68,7 +68,7 @@ impl<L: Lanes> Spokes<L> {
 
     /// Mask of the triangles that a ray along `d` may meet at t < 1, and of those that it certainly meets.
     #[inline(always)]
-    pub(crate) fn shadow(&self, d: Vector<L>) -> (u32, u32) {
+    pub(crate) fn any_hit(&self, d: Vector<L>) -> (u32, u32) {
         let turned = self.corner.cross(d);
         let along = self.normal.dot(d).flip(self.distance);
         let first = turned.dot(self.edges[1]).flip(self.distance);

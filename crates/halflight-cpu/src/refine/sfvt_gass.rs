@@ -211,7 +211,8 @@ impl SfvtGass {
             let lit = quadrants.iter().fold(0, |lit, &(_, visible)| lit | visible);
             let unlit = quadrants.iter().fold(0, |unlit, &(known, visible)| unlit | (known & !visible));
             any_visible |= lit != 0;
-            // The OR of all six pairwise XORs (Eq. 1, which as printed leaves A⊕C out), over bits that both sides know.
+            // The OR of all six pairwise XORs (Eq. 1, which as printed leaves A⊕C out), over bits that both
+            // sides know.
             differing += (lit & unlit).count_ones();
             for (edge, gradient) in gradient.iter_mut().enumerate() {
                 let (a, b) = (quadrants[RING[edge]], quadrants[RING[(edge + 1) % 4]]);
@@ -355,7 +356,8 @@ impl Refiner for SfvtGass {
     }
 }
 
-/// Quadrants around the ring A-B-C-D, as indices of rows of two: top left, top right, bottom right, bottom left.
+/// Quadrants around the ring A-B-C-D, as indices of rows of two: top left, top right, bottom right, bottom
+/// left.
 const RING: [usize; 4] = [0, 1, 3, 2];
 
 /// Corner of quadrant `index` of a square at (x, y) whose quadrants are `half` wide.

@@ -130,7 +130,8 @@ impl Hull {
         if inside == 0 {
             return 0;
         }
-        // Signed distances, times the normal's length, of the receivers' box and of the light from the triangle's plane.
+        // Signed distances, times the normal's length, of the receivers' box and of the light from the
+        // triangle's plane.
         let normal = block.normals::<L>();
         let near = normal.mul(Vector::splat(self.receivers.0).sub(corners[0]));
         let far = normal.mul(Vector::splat(self.receivers.1).sub(corners[0]));

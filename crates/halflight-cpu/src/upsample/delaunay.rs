@@ -146,7 +146,8 @@ fn is_enclosed(field: &Field, cell: &Cell) -> bool {
     enclosed
 }
 
-/// Drops triangles between neighbouring pixels and sorts the others by the bands of [`TILE`] rows that they touch.
+/// Drops triangles between neighbouring pixels and sorts the others by the bands of [`TILE`] rows that they
+/// touch.
 fn sort_into_bands(field: &Field, triangles: &mut Vec<[u32; 3]>, bands: &mut Vec<u32>, order: &mut Vec<u32>) {
     let corners = |triangle: &[u32; 3]| triangle.map(|s| field.sample(s).map_or((0.0, 0.0), |s| (s.x, s.y)));
     triangles.retain(|triangle| {

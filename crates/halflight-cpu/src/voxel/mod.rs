@@ -1,4 +1,5 @@
-//! The `voxel` visibility backend: rays marched through a coarse bit grid over the view frustum (Nichols10 §3.3).
+//! The `voxel` visibility backend: rays marched through a coarse bit grid over the view frustum (Nichols10
+//! §3.3).
 //!
 //! [`prepare`](Visibility::prepare) rasterizes every triangle into the grid once per frame (`rasterize`).
 //! Batches march their rays through it (`march`), except for those parts of the way to the light where the

@@ -274,7 +274,8 @@ fn corners(builder: &mut Builder, detail: Detail) {
     }
 }
 
-/// Sweeps a profile of (outwards from the arcade's axis, height) points around the court, clockwise around solid.
+/// Sweeps a profile of (outwards from the arcade's axis, height) points around the court, clockwise around
+/// solid.
 fn around(builder: &mut Builder, profile: &[[f32; 2]]) {
     let (x, z) = (half_width(0), half_width(1));
     let path = [[-x, z], [x, z], [x, -z], [-x, -z], [-x, z]].map(|[x, z]| Vec3::new(x, 0.0, z));

@@ -1,4 +1,5 @@
-//! Straight members that towers, trestles and toys are made of: bars, rods and laced girders, all of them closed.
+//! Straight members that towers, trestles and toys are made of: bars, rods and laced girders, all of them
+//! closed.
 
 use std::f32::consts::TAU;
 
@@ -87,9 +88,11 @@ impl Girder {
     }
 }
 
-/// Builds the girders with as much lacing as brings the builder to `triangles`, or none if it has as many without.
+/// Builds the girders with as much lacing as brings the builder to `triangles`, or none if it has as many
+/// without.
 ///
-/// The lacing is spread evenly over all girders, down to the single bar: the count is missed by less than one bar.
+/// The lacing is spread evenly over all girders, down to the single bar: the count is missed by less than one
+/// bar.
 pub(super) fn lace(builder: &mut Builder, girders: &[Girder], triangles: usize) {
     let least = builder.triangle_count() + girders.iter().map(Girder::least).sum::<usize>();
     let laces = (triangles.saturating_sub(least) / BAR) as f64;

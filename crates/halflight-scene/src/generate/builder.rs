@@ -31,7 +31,8 @@ impl Builder {
 
     /// A curved surface of `rows × columns` quads through `point(row, column)`.
     ///
-    /// Seen from its front, rows go up and columns to the right. Quads that collapse to a line or a point are left out.
+    /// Seen from its front, rows go up and columns to the right. Quads that collapse to a line or a point are
+    /// left out.
     pub(super) fn sheet(&mut self, rows: usize, columns: usize, point: impl Fn(usize, usize) -> Vec3) {
         self.grid(rows, columns, columns + 1, point);
     }
@@ -60,7 +61,8 @@ impl Builder {
     fn triangle(&mut self, corners: [u32; 3]) {
         let [a, b, c] = corners.map(|corner| self.positions[corner as usize]);
         let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-        // Collapsed quads leave triangles of rounding-error width: far below the thinnest strip any generator makes.
+        // Collapsed quads leave triangles of rounding-error width: far below the thinnest strip any generator
+        // makes.
         if (b - a).cross(c - a).length() > 1e-5 * longest {
             self.triangles.push(corners);
             self.material_ids.push(self.material);
@@ -87,8 +89,8 @@ impl Builder {
         });
     }
 
-    /// A solid with six flat faces; bits 0, 1 and 2 of a corner's number say whether it is at the far end of three
-    /// right-handed directions.
+    /// A solid with six flat faces; bits 0, 1 and 2 of a corner's number say whether it is at the far end of
+    /// three right-handed directions.
     pub(super) fn hexahedron(&mut self, corner: impl Fn(usize) -> Vec3) {
         for face in [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]] {
             self.quad(face.map(&corner));

@@ -1,4 +1,5 @@
-//! A village church from outside: nave, chancel and porch under tiled roofs, a tower with a spire, graves and a fence.
+//! A village church from outside: nave, chancel and porch under tiled roofs, a tower with a spire, graves and
+//! a fence.
 //!
 //! The church stands along x with its tower at -x and its porch at +z.
 

@@ -1,4 +1,5 @@
-//! A roller-coaster: a closed track of two rails on sleepers, carried by braced bents, with a train and a station.
+//! A roller-coaster: a closed track of two rails on sleepers, carried by braced bents, with a train and a
+//! station.
 
 use glam::Vec3;
 use halflight_core::scene::Mesh;
@@ -72,7 +73,7 @@ impl Bent {
         let side = place.level_side();
         let lean = place.side.y / place.side.dot(side) * POSTS;
         let y = place.middle.y - UNDER;
-        // Where the track passes below, the bent is suspended from its neighbours.
+        // Bents above another stretch of the track are suspended from their neighbours.
         let below = track.highest_below(place, length, POSTS + GAUGE + 0.6, CLEAR);
         let foot = below.map_or(-0.1, |height| height + CLEAR);
         Self {

@@ -28,7 +28,8 @@ const PALETTE: [[f32; 3]; 6] = [
     [0.82, 0.80, 0.76],
 ];
 
-/// The mesh of one kind and seed: 100 to 40,000 triangles on a floor, furniture within two metres and a half of the middle.
+/// The mesh of one kind and seed: 100 to 40,000 triangles on a floor, furniture within two metres and a half
+/// of the middle.
 pub(super) fn furnished(parameters: &mut Parameters) -> Result<Mesh, GenerateError> {
     let kind = parameters.choice("kind", &KINDS)?;
     let seed = parameters.count("seed", 1, 0..=u32::MAX)?;

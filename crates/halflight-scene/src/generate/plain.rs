@@ -29,7 +29,8 @@ pub(super) fn open_floor(parameters: &mut Parameters) -> Result<Mesh, GenerateEr
     Ok(builder.finish(&PALETTE[..1]))
 }
 
-/// The floor and, `height` above it, a horizontal sheet over x < 0: it spans -extent ≤ x ≤ 0 and |z| ≤ extent.
+/// The floor and, `height` above it, a horizontal sheet over x < 0: it spans -extent ≤ x ≤ 0 and |z| ≤
+/// extent.
 pub(super) fn half_plane(parameters: &mut Parameters) -> Result<Mesh, GenerateError> {
     let mut builder = floor(parameters)?;
     let height = parameters.number("height", 2.0, 1e-3..=1e5)?;
@@ -59,8 +60,8 @@ pub(super) fn contact(parameters: &mut Parameters) -> Result<Mesh, GenerateError
     Ok(builder.finish(&PALETTE))
 }
 
-/// The floor and a railing along x through the origin: `bars` upright square bars, evenly spread over `length`,
-/// between a bottom and a top rail that are twice as thick.
+/// The floor and a railing along x through the origin: `bars` upright square bars, evenly spread over
+/// `length`, between a bottom and a top rail that are twice as thick.
 ///
 /// Bars span 0.1 × `height` … `height`; end bars stand on the floor and are as thick as the rails.
 pub(super) fn railing(parameters: &mut Parameters) -> Result<Mesh, GenerateError> {

@@ -15,7 +15,8 @@ pub(super) fn gable(builder: &mut Builder, [left, right]: [f32; 2], half: f32, [
     });
 }
 
-/// Tiles on a sloping field, each a thin box that overlaps the one below; they are painted `shades` at random.
+/// Tiles on a sloping field, each a thin box that overlaps the one below; they are painted `shades` at
+/// random.
 ///
 /// `eave` and `ridge` go from left to right as seen from outside. `size` is a tile's width and the visible
 /// part of its length.

@@ -21,7 +21,8 @@ pub(super) fn curve_to(profile: &mut Vec<Vec2>, end: Vec2, bulge: f32, steps: us
     }));
 }
 
-/// Index ranges of `count` points (as first and last) between creases; `direction(i)` is the unit step from point i.
+/// Index ranges of `count` points (as first and last) between creases; `direction(i)` is the unit step from
+/// point i.
 fn smooth_runs(count: usize, direction: impl Fn(usize) -> Vec3) -> Vec<(usize, usize)> {
     let limit = CREASE_DEG.to_radians().cos();
     let mut runs = Vec::new();
@@ -52,9 +53,9 @@ pub(super) fn turned(builder: &mut Builder, profile: &[Vec2], segments: usize) {
 
 /// Moves `profile` along the planar `path`; `side` is the unit normal of the path's plane.
 ///
-/// A profile point (s, n) goes s along `side` and n along `side × direction of travel`. Seen along the direction of
-/// travel with n up and s to the right, the profile runs clockwise around solid. Corners of the path are mitred; a path that ends
-/// where it starts is a loop.
+/// A profile point (s, n) goes s along `side` and n along `side × direction of travel`. Seen along the
+/// direction of travel with n up and s to the right, the profile runs clockwise around solid. Corners of the
+/// path are mitred; a path that ends where it starts is a loop.
 pub(super) fn swept(builder: &mut Builder, profile: &[Vec2], path: &[Vec3], side: Vec3) {
     if path.len() < 2 {
         return;
@@ -121,12 +122,13 @@ pub(super) fn tube(builder: &mut Builder, path: &[(Vec3, f32)], sides: usize) {
     });
 }
 
-/// An arch over `-half ≤ x ≤ half` that rises by `rise` from y = 0, as `2 × steps + 1` points from left to right.
+/// An arch over `-half ≤ x ≤ half` that rises by `rise` from y = 0, as `2 × steps + 1` points from left to
+/// right.
 ///
-/// It is pointed where it is higher than half its span, and otherwise a half circle or ellipse.
+/// The arch is pointed where it is higher than half its span, and otherwise a half circle or ellipse.
 pub(super) fn arch(half: f32, rise: f32, steps: usize) -> Vec<Vec2> {
-    // Each side of a pointed arch is a circle that leaves the springing line vertically and meets the other side on
-    // the axis: its centre lies `offset` beyond the axis.
+    // Each side of a pointed arch is a circle that leaves the springing line vertically and meets the other
+    // side on the axis: its centre lies `offset` beyond the axis.
     let offset = (rise * rise - half * half) / (2.0 * half);
     let pointed = offset > 1e-3 * half;
     let sweep = if pointed { rise.atan2(offset) } else { FRAC_PI_2 };
@@ -197,7 +199,7 @@ pub(super) enum Behind {
 
 /// A wall with one opening: its front is at z = 0 and faces +z, and it goes `depth` back.
 ///
-/// It covers `|x| ≤ half` and `low ≤ y ≤ high`, has no ends, top or bottom, and `steps` as in [`arch`].
+/// The wall covers `|x| ≤ half` and `low ≤ y ≤ high`, has no ends, top or bottom, and `steps` as in [`arch`].
 pub(super) fn pierced_wall(
     builder: &mut Builder,
     half: f32,
@@ -233,7 +235,8 @@ pub(super) fn pierced_wall(
     };
     face(builder, 0.0, true);
 
-    // Counter-clockwise around the opening: the sill where there is one, the right jamb, the arch, the left jamb.
+    // Counter-clockwise around the opening: the sill where there is one, the right jamb, the arch, the left
+    // jamb.
     let corner = |x: f32| Vec2::new(x, opening.sill);
     let mut outline: Vec<Vec2> = Vec::with_capacity(2 * spans);
     if opening.sill > low {

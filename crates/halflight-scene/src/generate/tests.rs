@@ -65,7 +65,8 @@ fn volume(mesh: &Mesh) -> f32 {
 
 #[test]
 fn triangle_counts_are_like_the_papers() {
-    // Sponza 66,454, Sibenik 75,284, and the scenes of Wang 2017, section 4: within 3 %, which no timing would notice.
+    // Sponza 66,454, Sibenik 75,284, and the scenes of Wang 2017, section 4: within 3 %, which no timing
+    // would notice.
     for (name, expected) in [
         ("atrium", 66_454.0),
         ("nave", 75_284.0),
@@ -267,8 +268,8 @@ fn bundled_lights_face_what_the_camera_looks_at() {
         let scene = crate::load_bundled(name).unwrap().scene;
         for light in &scene.lights {
             assert!(light.emits_towards(scene.camera.target), "{name}");
-            // A light in a wall or a beam would be half dark: no geometry may cross it, so no corner of a triangle
-            // may lie between its edges and within a hand's breadth of its plane.
+            // A light in a wall or a beam would be half dark: no geometry may cross it, so no corner of a
+            // triangle may lie between its edges and within a hand's breadth of its plane.
             let normal = light.normal();
             let near = scene.mesh.positions.iter().find(|&&p| {
                 let from = p - light.corner;

@@ -1,4 +1,5 @@
-//! A steel lattice tower: four tapering legs that meet in a shaft, arches between their feet, platforms and a spire.
+//! A steel lattice tower: four tapering legs that meet in a shaft, arches between their feet, platforms and a
+//! spire.
 //!
 //! Chords and braces are laced girders, so that there are bars of every width from a foot down to an inch.
 
@@ -41,8 +42,8 @@ fn inner(y: f32) -> f32 {
     outer(y) - width
 }
 
-/// A tower 42 m high on a floor 110 m wide, of very nearly `triangles` triangles: more of them mean more and finer
-/// panels and closer lacing.
+/// A tower 42 m high on a floor 110 m wide, of very nearly `triangles` triangles: more of them mean more and
+/// finer panels and closer lacing.
 pub(super) fn tower(parameters: &mut Parameters) -> Result<Mesh, GenerateError> {
     let triangles = parameters.count("triangles", TRIANGLES, 10_000..=3_000_000)? as usize;
     parameters.finish()?;
@@ -96,7 +97,8 @@ impl Tower {
         }
     }
 
-    /// One panel of a square mast: chords at its corners, and on each face a cross and a girder along the top.
+    /// One panel of a square mast: chords at its corners, and on each face a cross and a girder along the
+    /// top.
     fn cage(&mut self, bottom: [Vec3; 4], top: [Vec3; 4], width: f32) {
         let (chord, brace) = (self.slender(0.1 * width), self.slender(0.075 * width));
         for j in 0..4 {

@@ -1,4 +1,5 @@
-//! A broad-leaved tree on a patch of ground: trunk, branches and twigs as tapered tubes, leaves as folded quads.
+//! A broad-leaved tree on a patch of ground: trunk, branches and twigs as tapered tubes, leaves as folded
+//! quads.
 
 use std::f32::consts::TAU;
 

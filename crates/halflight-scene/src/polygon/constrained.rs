@@ -37,8 +37,9 @@ pub(super) fn triangulate(flat: &[DVec2]) -> Option<Vec<[usize; 3]>> {
         .map(|(from, to)| [from, to])
         .filter(|[from, to]| from != to)
         .collect();
-    // In a random order the work is n log n whatever the outline; in its own order each edge of a tall comb would cross most of
-    // the triangles of the others (Guibas, Knuth and Sharir 1992; Shewchuk and Brown 2015).
+    // In a random order the work is n log n whatever the outline; in its own order each edge of a tall comb
+    // would cross most of the triangles of the others (Guibas, Knuth and Sharir 1992; Shewchuk and Brown
+    // 2015).
     let mut order: Vec<usize> = (0..places.len()).collect();
     shuffle(&mut order);
     shuffle(&mut edges);

@@ -183,7 +183,8 @@ fn long_outlines_keep_their_area() {
 
 #[test]
 fn a_nearly_round_outline_keeps_its_area() {
-    // Rounded to a multiple of 2^-23, as files with seven digits are: hundreds of corners turn the wrong way by a hair.
+    // Rounded to a multiple of 2^-23, as files with seven digits are: hundreds of corners turn the wrong way
+    // by a hair.
     let count = 20_000;
     let round = |value: f64| (value * f64::from(1 << 23)).round() / f64::from(1 << 23);
     let outline: Vec<_> = (0..count)

@@ -73,8 +73,8 @@ fn any_number(word: &[u8]) -> Option<(f64, bool)> {
         return Some((number, false));
     }
     let unsigned = word.strip_prefix(b"-").or(word.strip_prefix(b"+")).unwrap_or(word);
-    // C libraries print NaN as nan(ind), 1.#IND, 1.#QNAN, 1.#SNAN or 1.#INF for infinity; with few digits the letters are
-    // rounded as if they were digits: 1.#IO, 1.#J, 1.#R, 1.$.
+    // C libraries print NaN as nan(ind), 1.#IND, 1.#QNAN, 1.#SNAN or 1.#INF for infinity; with few digits the
+    // letters are rounded as if they were digits: 1.#IO, 1.#J, 1.#R, 1.$.
     let not_a_number = match unsigned {
         [b'n' | b'N', b'a' | b'A', b'n' | b'N', b'(', .., b')'] => true,
         [b'1', b'.', b'#', letter, ..] => b"IQSJR".contains(letter),

@@ -150,8 +150,8 @@ fn open_floors_and_convex_bodies_do_not_shadow_themselves() {
     for (scale, shift) in placements() {
         for (name, scene) in [("floor", &floor), ("sphere", &round), ("box", &edged)] {
             let scene = placed(scene.clone(), scale, shift);
-            // Far away, corners are rounded to 1/128, so that neighbouring facets of the sphere, 0.13 across, may tilt
-            // by 0.06 against each other and are no longer convex.
+            // Far away, corners are rounded to 1/128, so that neighbouring facets of the sphere, 0.13 across,
+            // may tilt by 0.06 against each other and are no longer convex.
             let (receivers, visible, shadowed) =
                 shadows(&scene, if shift == Vec3::ZERO { 1e-3 } else { 0.1 }, |_| true);
             assert!(receivers > 200 && visible > 2000, "{name} {scale} {shift}: {receivers}, {visible}");

@@ -1,4 +1,5 @@
-//! The lattice refiner: masks at the corners of quadtree cells, refined where the visible fraction cannot be predicted.
+//! The lattice refiner: masks at the corners of quadtree cells, refined where the visible fraction cannot be
+//! predicted.
 
 mod error_estimate;
 mod split_test;

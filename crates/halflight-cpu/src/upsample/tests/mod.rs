@@ -177,9 +177,9 @@ fn ramps_are_followed() {
     let error = |upsampler: &mut dyn Upsampler| {
         worst(&gbuffer, &upsample(upsampler, &gbuffer, &fragments, &values), 16, ramp)
     };
-    // Exact inside triangles; rounding of the weights (1e-6) and the least weight of a corner (1e-5 of the ramp's range)
-    // remain. The fit's stiffness leaves part of the slope to the average: half of what
-    // copying would err by at a fragment's corner, 8 × 0.006.
+    // Exact inside triangles; rounding of the weights (1e-6) and the least weight of a corner (1e-5 of the
+    // ramp's range) remain. The fit's stiffness leaves part of the slope to the average: half of what copying
+    // would err by at a fragment's corner, 8 × 0.006.
     assert!(error(&mut Delaunay::default()) < 1e-5);
     assert!(error(&mut RbfRobust::default()) < 0.024);
     assert!(error(&mut Bilinear::default()) > 0.024);
