@@ -1,9 +1,9 @@
-// Adds one light's share to the image.
+// Adds the irradiance of one light to the image, per pixel: from interpolated values to linear RGB.
 //@ needs shared/receiver shared/unshadowed
 //@ reads plane
 //@ writes image
 
-// What `plane` holds: 0 irradiance per radiance, 1 the visible fraction.
+// Quantity in `plane`: 0 irradiance per radiance, 1 the visible fraction.
 override SHADING: u32 = 1u;
 
 @compute @workgroup_size(8, 8)
@@ -13,7 +13,7 @@ fn compose(@builtin(global_invocation_id) at: vec3<u32>) {
     }
     let pixel = at.y * frame.width + at.x;
     var value = plane[pixel];
-    // In the umbra it does not matter how much light there would be.
+    // In umbra the unshadowed irradiance is irrelevant.
     if SHADING == 1u && value != 0.0 {
         if is_receiver(pixel) {
             let receiver = receiver_at(pixel);

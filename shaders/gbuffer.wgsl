@@ -1,4 +1,5 @@
-// Rasterizes triangle numbers. Everything else about a pixel follows from its triangle (resolve.wgsl).
+// Rasterizes triangle indices, per pixel: from the scene's triangles to an ID image. All other attributes of
+// a pixel follow from its triangle (resolve.wgsl).
 //@ reads triangles
 
 struct Corner {
@@ -6,13 +7,14 @@ struct Corner {
     @location(0) @interpolate(flat) triangle: u32,
 }
 
-// Distance of the near plane as a share of the scene's size. Depth is inverted, so that its precision is relative.
+// Distance of the near plane relative to the scene's size. Depth is reversed, so that its precision is
+// relative.
 const NEAR: f32 = 1e-6;
 
 @vertex
 fn corner(@builtin(vertex_index) vertex: u32) -> Corner {
     let point = triangles[vertex].xyz - frame.eye;
-    // Coordinates along the directions of a pixel, and along the view.
+    // Coordinates along the pixel axes and along the view direction.
     let right = frame.right * f32(frame.width) * 0.5;
     let down = frame.down * f32(frame.height) * 0.5;
     let ahead = frame.corner + right + down;

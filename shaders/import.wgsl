@@ -1,9 +1,9 @@
-// Takes a G-buffer over that the caller has drawn.
+// Imports a caller's G-buffer, per pixel: from points or depths, and normals, to receivers.
 //@ needs shared/offset
 //@ reads given_point given_normal
 //@ writes position normal
 
-// Whether depths are given instead of points.
+// True if depths are given instead of points.
 override DEPTH: bool = false;
 
 @compute @workgroup_size(8, 8)
@@ -25,6 +25,6 @@ fn take(@builtin(global_invocation_id) at: vec3<u32>) {
     let point = select(given.xyz, frame.eye + d * given.x, DEPTH);
     let depth = select(dot3(given.xyz - frame.eye, ahead), given.x, DEPTH);
     position[pixel] = vec4(point + up * offset_at(point, depth), depth);
-    // Triangles are not known: every pixel has a surface of its own, and these are compared by where they lie.
+    // Triangles are unknown: every pixel gets a surface of its own, and surfaces are compared by position.
     normal[pixel] = vec4(bitcast<vec3<u32>>(up), pixel);
 }

@@ -1,8 +1,9 @@
-// Values of samples that are made of one query each: of all queries so far that say where theirs goes.
+// Computes sample values, per query: from masks to irradiance or the visible fraction. For samples that
+// consist of one query; covers the queries of all batches that have a destination.
 //@ needs shared/counters shared/sums
 //@ writes samples
 
-// What is interpolated: 0 irradiance, 1 the visible fraction.
+// Interpolated quantity: 0 irradiance, 1 the visible fraction.
 override SHADING: u32 = 1u;
 
 @compute @workgroup_size(64)

@@ -1,11 +1,12 @@
-// The level of the cell that each pixel lies in, NONE where it lies in none; and what is counted of cells.
+// Finds the level of the cell that contains each pixel, per pixel: from cells to levels, NONE where no cell
+// contains it. Also counts cells and samples by level.
 //@ needs shared/cells shared/counters shared/surface
 //@ writes owners
 
-// Levels from pixels to the coarsest cells.
+// Number of levels, from pixels to the coarsest cells.
 const LEVELS: u32 = 8u;
 
-// Whether cells have samples of their own; the lattice counts its samples when it asks for them.
+// True if cells have samples of their own; the lattice counts its samples when it requests them.
 override COUNTED: bool = true;
 
 var<workgroup> counts: array<atomic<u32>, 8>;

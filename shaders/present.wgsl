@@ -1,4 +1,5 @@
-// Writes the image to the caller's texture, as a triangle that covers it.
+// Writes the image to the caller's texture, per pixel: a triangle that covers the texture reads the image
+// buffer.
 //@ reads image
 
 @vertex

@@ -1,5 +1,6 @@
-// One level of the discontinuity pyramid (halflight-cpu/src/pyramid.rs): the next finer one, and pixel pairs along the seams
-// between a cell's children. An invocation is a pixel on a seam; the largest counts, whose order does not matter.
+// Builds one level of the discontinuity pyramid, per pixel on a border between a cell's children: from the
+// next finer level and pixel pairs across these borders to the largest discontinuity
+// (halflight-cpu/src/pyramid.rs). The maximum does not depend on the order of invocations.
 //@ needs shared/pyramid shared/surface
 //@ reads position
 
@@ -20,7 +21,7 @@ fn level(here: Lane) {
     let first = cell * size;
     let last = min(first + size, vec2(frame.width, frame.height));
     let half = size / 2u;
-    // Down the upright seam, then along the level one.
+    // Along the vertical border first, then along the horizontal one.
     var at = first + vec2(half - 1u, along);
     var crosses = first.x + half < last.x && at.y < last.y;
     if along >= size {
@@ -39,7 +40,7 @@ fn level(here: Lane) {
         squared += pair(pixel, pixel + frame.width);
     }
     let depth = select(sqrt(squared.x), ENDLESS, squared.x >= ENDLESS);
-    // A level without receivers keeps its zero.
+    // Cells without receivers keep 0.
     if squared.x > 0.0 {
         atomicMax(&pyramid[2u * index], bitcast<u32>(depth) + 1u);
     }
@@ -61,7 +62,8 @@ fn add_child(index: u32, child: vec2<u32>) {
     atomicMax(&pyramid[2u * index + 1u], atomicLoad(&pyramid[2u * finer + 1u]));
 }
 
-// Squared break between two neighbouring pixels: depth relative to the nearer one, and the chord between the normals.
+// Squared discontinuity between two neighbouring pixels: depth difference relative to the nearer one, and the
+// chord between the normals.
 fn pair(a: u32, b: u32) -> vec2<f32> {
     let depths = vec2(position[a].w, position[b].w);
     if depths.x < 0.0 && depths.y < 0.0 {

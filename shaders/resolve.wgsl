@@ -1,11 +1,12 @@
-// What each pixel's centre sees of its triangle, as in halflight-cpu/src/gbuffer.rs.
+// Computes surface attributes at each pixel's centre, per pixel: from the ID image to position, normal and
+// albedo (halflight-cpu/src/gbuffer.rs).
 //@ needs shared/offset
 //@ reads triangles faces materials uvs textures ids
 //@ writes position normal albedo
 
 struct Material {
     albedo: vec3<f32>,
-    // First texel, or NONE.
+    // Index of the first texel, or NONE.
     texels: u32,
     size: vec2<u32>,
 }
@@ -52,7 +53,7 @@ fn corner_weights(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>) -> vec
     if sum == 0.0 {
         return vec2(1.0 / 3.0);
     }
-    // Rays within rounding of an edge count as hits.
+    // Rays within the rounding error of an edge count as hits.
     let x = clamp(second / sum, 0.0, 1.0);
     return vec2(x, clamp(third / sum, 0.0, 1.0 - x));
 }
@@ -67,7 +68,8 @@ fn albedo_of(triangle: u32, weights: vec2<f32>) -> vec3<f32> {
     return material.albedo * bilinear(material, uv);
 }
 
-// The texture at `uv`, repeated beyond the unit square; texel centres lie at half numbers, (0, 0) is the lower left.
+// Bilinear texture lookup at `uv`, repeated beyond the unit square; texel centres lie at half-integers, (0,
+// 0) is the lower left.
 fn bilinear(material: Material, uv: vec2<f32>) -> vec3<f32> {
     let unit = vec2(uv.x, 1.0 - uv.y);
     let at = (unit - floor(unit)) * vec2<f32>(material.size) - 0.5;
@@ -85,7 +87,7 @@ fn texel(material: Material, at: vec2<u32>) -> vec3<f32> {
     return vec3(linear(channels), linear(channels >> 8u), linear(channels >> 16u));
 }
 
-// The linear value of the lowest byte, by the table before the texels.
+// Linear value of the lowest byte, from the table before the texels.
 fn linear(channel: u32) -> f32 {
     return bitcast<f32>(textures[channel & 0xffu]);
 }

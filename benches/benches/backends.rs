@@ -1,5 +1,5 @@
-//! All visibility backends on tiles of neighbouring receivers, prepared once, on two threads. Throughput is in samples of
-//! masks.
+//! Visibility backends on tiles of neighbouring receivers, prepared once, on two threads. Throughput is in
+//! samples of masks.
 
 #![allow(missing_docs, clippy::unwrap_used)]
 
@@ -11,7 +11,7 @@ use halflight::pattern::{Pattern, PatternKind};
 use halflight::pyramid::Pyramid;
 use halflight_benches::{scene, warm};
 
-/// Side of a tile, and how many tiles apart they are.
+/// Side of a tile in pixels, and spacing of tiles in tiles.
 const TILE: u32 = 8;
 const EVERY: u32 = 4;
 

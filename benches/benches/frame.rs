@@ -1,4 +1,4 @@
-//! Whole frames: `full` against each refiner, 64 samples, default upsampler and shading.
+//! Whole frames: the per-pixel refiner against each other one, 64 samples, default upsampler and shading.
 
 #![allow(missing_docs, clippy::unwrap_used)]
 

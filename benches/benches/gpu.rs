@@ -1,5 +1,6 @@
-//! Whole frames on the device that is found: `full` by every backend and each refiner by rays, 64 samples. Every frame is waited
-//! for. `cargo bench -p halflight-benches --features gpu --bench gpu`
+//! Whole frames on the first GPU found: the per-pixel refiner with every backend, and each refiner with rays,
+//! 64 samples. The benchmark waits for every frame. `cargo bench -p halflight-benches --features gpu --bench
+//! gpu`
 
 #![allow(missing_docs, clippy::unwrap_used)]
 
@@ -30,7 +31,7 @@ fn bench(c: &mut Criterion) {
             } else {
                 UpsamplerConfig::RbfRobust
             },
-            // All backends take them.
+            // Supported by all backends.
             sampling: LightSampling { kind: PatternKind::ShiftedRows, ..LightSampling::default() },
             ..PipelineConfig::default()
         };

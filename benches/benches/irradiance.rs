@@ -1,4 +1,4 @@
-//! Values of the samples from their masks, and the analytic irradiance at every pixel.
+//! Sample values from masks, and the analytic unshadowed irradiance at every pixel.
 
 #![allow(missing_docs, clippy::unwrap_used)]
 

@@ -1,4 +1,4 @@
-//! Discontinuity mipmaps.
+//! Discontinuity pyramid.
 
 #![allow(missing_docs, clippy::unwrap_used)]
 

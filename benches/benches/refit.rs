@@ -1,4 +1,4 @@
-//! A BVH over triangles that have moved: built anew, or refitted.
+//! BVH over triangles that have moved: rebuilt or refitted.
 
 #![allow(missing_docs, clippy::unwrap_used)]
 

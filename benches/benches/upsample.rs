@@ -1,4 +1,4 @@
-//! The five upsamplers on the same fragments.
+//! Five upsamplers on identical fragments.
 
 #![allow(missing_docs, clippy::unwrap_used)]
 

@@ -1,4 +1,5 @@
-//! Shadow rays that share a receiver or a light sample: packets against single rays, on one thread. Throughput is in rays.
+//! Shadow rays that share a receiver or a light sample: packets against single rays, on one thread.
+//! Throughput is in rays.
 
 #![allow(missing_docs, clippy::unwrap_used)]
 
@@ -11,7 +12,7 @@ use halflight::pyramid::Pyramid;
 use halflight::stages::Visibility;
 use halflight_benches::{scene, warm};
 
-/// Samples of each receiver's own, and how many of them are asked for.
+/// Number of samples of each receiver's pattern, and number of wanted ones.
 const ASKED: [(&str, PatternKind, usize, u64); 5] = [
     ("16 of 16", PatternKind::Jittered, 16, u64::MAX),
     ("64 of 64", PatternKind::Jittered, 64, u64::MAX),
@@ -37,7 +38,7 @@ fn bench(c: &mut Criterion) {
             batch.reset(0, pattern, Purpose::Final);
             for (row, y) in (0..gbuffer.height).step_by(if name == "hairball" { 48 } else { 12 }).enumerate()
             {
-                // Runs of neighbours, as stages ask for them.
+                // Runs of neighbours, as in the batches of refiners.
                 for x in (0..gbuffer.width).filter(|x| x / 16 % 4 == row as u32 % 4) {
                     let pixel = y * gbuffer.width + x;
                     if let Some(receiver) = gbuffer.receiver(pixel as usize) {

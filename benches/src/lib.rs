@@ -1,4 +1,4 @@
-//! What the benches share: bundled scenes at 640 × 480, ready to render.
+//! Shared setup of the benches: bundled scenes at 640 × 480, ready to render.
 
 use halflight::prepared::PreparedScene;
 use std::sync::Arc;
@@ -16,17 +16,17 @@ pub const HEIGHT: u32 = 480;
 /// A bundled scene and its BVH.
 ///
 /// # Errors
-/// No scene of this name is bundled, or it cannot be loaded.
+/// An error if no scene of this name is bundled, or it cannot be loaded.
 pub fn scene(name: &str) -> Result<(Arc<Scene>, Arc<Bvh>), Box<dyn std::error::Error>> {
     let scene = halflight::scene_file::load_bundled(name)?.scene;
     let bvh = Bvh::build(&scene.mesh)?;
     Ok((Arc::new(scene), Arc::new(bvh)))
 }
 
-/// A pipeline with the defaults of a refiner, warm.
+/// Pipeline with the defaults of a refiner, after a warm-up frame.
 ///
 /// # Errors
-/// The refiner's name is unknown or the pipeline cannot be built.
+/// An error if the refiner's name is unknown or the pipeline cannot be built.
 pub fn warm(
     scene: &Arc<Scene>,
     bvh: &Arc<Bvh>,

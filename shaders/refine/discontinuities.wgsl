@@ -1,17 +1,19 @@
-// Silhouettes, steps, concave creases and, for small error targets, sharp edges between neighbouring pixels, as one light has
-// them.
+// Classifies the surface discontinuities to the right and lower neighbour, per pixel: from the G-buffer to
+// flags, for one light. Discontinuities are silhouettes, depth discontinuities, concave creases and, for
+// small error targets, sharp convex edges.
 //@ needs shared/discontinuities shared/tangent_plane
 //@ writes discontinuities
 
-// Steps higher than this many pixels have nothing in common with what is behind them.
+// Height in pixels above which a depth discontinuity separates unrelated surfaces.
 const FAR_STEP: f32 = 32.0;
-// What stands in the way begins anywhere between two pixels: it is taken to be this near.
+// Assumed position of an occluder between two pixels, as a fraction of their distance: it may begin anywhere
+// between them.
 const NEAREST: f32 = 0.05;
 
-// Cosine of the turn from which convex edges are taken for steps.
+// Cosine of the angle between normals below which convex edges count as discontinuities.
 override EDGE: f32 = -2.0;
 
-// Where the light is: in front, behind, on both sides.
+// Position of the light relative to a tangent plane: in front, behind, on both sides.
 const LIT: u32 = 0u;
 const UNLIT: u32 = 1u;
 const BOTH: u32 = 2u;
@@ -43,11 +45,11 @@ fn between(a: u32, b: u32) -> u32 {
     if !is_receiver(a) || !is_receiver(b) {
         return STEP;
     }
-    let rises = rises_between(a, b, 1u);
-    if rises.above_a <= rises.limit && rises.above_b <= rises.limit {
+    let elevations = elevations_between(a, b, 1u);
+    if elevations.above_a <= elevations.limit && elevations.above_b <= elevations.limit {
         return select(NOTHING, STEP, dot3(normal_at(a), normal_at(b)) < EDGE);
     }
-    if max(rises.above_a, rises.above_b) > FAR_STEP * rises.step {
+    if max(elevations.above_a, elevations.above_b) > FAR_STEP * elevations.step {
         return STEP;
     }
     let sides = vec2(side(a), side(b));
@@ -57,8 +59,8 @@ fn between(a: u32, b: u32) -> u32 {
     if any(sides != vec2(LIT)) {
         return SHADES;
     }
-    // Two sides of a crease that both have all of the light before them.
-    if rises.above_a > 0.0 && rises.above_b > 0.0 {
+    // Two sides of a crease that both have all of the light in front of them.
+    if elevations.above_a > 0.0 && elevations.above_b > 0.0 {
         return STEP;
     }
     return select(STEP, SHADES, hides(a, b) || hides(b, a));
@@ -69,7 +71,7 @@ fn light_corners() -> array<vec3<f32>, 4> {
     return array(a, a + frame.light_u, a + frame.light_u + frame.light_v, a + frame.light_v);
 }
 
-// Which side of a pixel's plane the light is on.
+// Side of a pixel's tangent plane on which the light lies.
 fn side(pixel: u32) -> u32 {
     var corners = light_corners();
     let point = position[pixel].xyz;
@@ -81,7 +83,7 @@ fn side(pixel: u32) -> u32 {
     return select(select(BOTH, UNLIT, above == 0u), LIT, above == 4u);
 }
 
-// Whether what is seen at `other` stands, as seen from `pixel`, higher than some of the light in that direction.
+// True if the surface at `other`, seen from `pixel`, is higher than some of the light in that direction.
 fn hides(pixel: u32, other: u32) -> bool {
     var corners = light_corners();
     let point = position[pixel].xyz;

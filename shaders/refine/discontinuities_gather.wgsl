@@ -1,4 +1,4 @@
-// One level of discontinuities from the next finer one.
+// Gathers one level of discontinuities, per cell: from the flags of its four children to their union.
 //@ writes discontinuities
 
 @compute @workgroup_size(8, 8)

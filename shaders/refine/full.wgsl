@@ -1,4 +1,5 @@
-// Every receiver asks for a full mask. Tiles of 8 × 8 pixels, whose receivers see nearly the same, stay together.
+// Requests a complete mask, per pixel: from the G-buffer to queries. Tiles of 8 × 8 pixels, whose receivers
+// see almost the same geometry, stay together.
 //@ needs shared/append shared/query_mask shared/surface
 //@ writes samples owners
 
@@ -15,7 +16,7 @@ fn full(here: Tile) {
     if here.lane == 0u {
         let bucket = pixel_bucket(here.workgroup);
         atomicAdd(&counters[bucket], appended());
-        // As many cells as samples.
+        // One cell per sample.
         atomicAdd(&counters[bucket + (CELLS_PER_LEVEL - SAMPLES_PER_LEVEL) * BUCKETS], appended());
     }
     if slot == NONE {

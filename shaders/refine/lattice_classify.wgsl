@@ -1,9 +1,10 @@
-// What can be said about pending cells without their corners' masks.
+// Classifies pending cells by geometry alone, per cell of a level: from discontinuities to split cells and
+// cells that wait for their corners' masks.
 //@ needs shared/children shared/corners shared/inside
 
 @compute @workgroup_size(8, 8)
 fn look(@builtin(global_invocation_id) at: vec3<u32>) {
-    // Where every pixel is traced there are no coarser cells.
+    // If every pixel is traced there are no coarser cells.
     if any(at.xy >= level_size(frame.level)) || frame.level > frame.coarsest {
         return;
     }
@@ -13,13 +14,13 @@ fn look(@builtin(global_invocation_id) at: vec3<u32>) {
         return;
     }
     let corners = corners_of(frame.level, at.xy);
-    let breaks_here = discontinuities_inside(frame.level, at.xy);
-    if breaks_here == NOTHING {
-        // Nothing parts the cell's pixels, so what one of them sees, geometry or nothing, all see.
+    let strongest = discontinuities_inside(frame.level, at.xy);
+    if strongest == NOTHING {
+        // Without a discontinuity all of the cell's pixels see geometry if one of them does.
         cells[index].state = select(DONE, WAITING, is_receiver(pixel_of(corners.first)));
         return;
     }
-    if breaks_here == STEP && frame.level <= frame.step_level && serves(corners, at.xy) {
+    if strongest == STEP && frame.level <= frame.step_level && serves(corners, at.xy) {
         cells[index].state = WAITING;
         return;
     }
@@ -27,7 +28,7 @@ fn look(@builtin(global_invocation_id) at: vec3<u32>) {
     mark_children(frame.level, at.xy, PENDING);
 }
 
-// Whether every pixel of a cell that sees something has a corner on its surface.
+// True if every pixel of a cell that sees geometry has a corner on its surface.
 fn serves(corners: Corners, cell: vec2<u32>) -> bool {
     let first = cell << vec2(frame.level);
     let last = min(first + (1u << frame.level), vec2(frame.width, frame.height));

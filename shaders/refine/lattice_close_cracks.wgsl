@@ -1,4 +1,5 @@
-// Splits kept cells that corners of finer ones contradict where they meet.
+// Closes cracks between levels, per cell of a level: splits kept cells whose interpolated values differ from
+// corners of finer cells by more than the tolerance.
 //@ needs shared/children shared/fractions
 
 @compute @workgroup_size(8, 8)
@@ -14,8 +15,8 @@ fn mend(@builtin(global_invocation_id) at: vec3<u32>) {
     mark_children(frame.level, at.xy, PENDING);
 }
 
-// Along the four edges, and just outside the left and the top one. What lies just outside the others is on edges of the next
-// cells.
+// True if the cell agrees with finer corners along its four edges, and just outside the left and the top one.
+// Pixels just outside the right and the bottom edge lie on edges of the next cells.
 fn meets_neighbours(corners: Corners) -> bool {
     let known = corner_fractions(corners);
     let first = corners.first;
@@ -47,6 +48,6 @@ fn agrees(corners: Corners, known: vec4<f32>, at: vec2<u32>) -> bool {
         return true;
     }
     let expected = interpolated(corners, known, at);
-    // Without corners on the pixel's surface there is nothing to compare with.
+    // Without corners on the pixel's surface, no comparison is possible.
     return !expected.exists || abs(found - expected.value) <= frame.error;
 }

@@ -1,9 +1,9 @@
-// Asks for the masks of corners of cells that wait for them, where nobody has asked before. An invocation is a corner of the
-// level's cells, in tiles of 8 × 8.
+// Requests masks, per corner of a level's cells: from waiting cells to queries, for corners that have none
+// yet. Tiles of 8 × 8 corners stay together.
 //@ needs shared/append shared/cells shared/query_mask shared/surface
 //@ writes cells
 
-// Whether what is asked for is counted among the samples: not for a trial.
+// 1 if requested masks count as samples; 0 for pilot samples.
 override COUNTED: u32 = 1u;
 
 @compute @workgroup_size(8, 8)
@@ -22,7 +22,8 @@ fn ask(here: Tile) {
     ask_all(slot, pixel);
 }
 
-// Whether one of the cells around a corner waits for it. Of corners that coincide at the image's border the first asks.
+// True if one of the cells around a corner waits for it. Of corners that coincide at the image's border only
+// the first is wanted.
 fn is_wanted(corner: vec2<u32>) -> bool {
     let size = level_size(frame.level);
     if frame.level == 0u {

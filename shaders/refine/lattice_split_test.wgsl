@@ -1,4 +1,4 @@
-// Keeps the cells that can be interpolated over and splits the others, by their corners' visible fractions.
+// Split test, per waiting cell of a level: from the visible fractions of its corners to kept or split.
 //@ needs shared/children shared/fractions shared/inside shared/representative
 
 @compute @workgroup_size(8, 8)
@@ -11,18 +11,18 @@ fn judge(@builtin(global_invocation_id) at: vec3<u32>) {
         return;
     }
     cells[index].state = DONE;
-    if frame.level == 0u || holds(at.xy) {
+    if frame.level == 0u || passes_split_test(at.xy) {
         cells[index].kept = KEPT;
     } else {
         mark_children(frame.level, at.xy, PENDING);
     }
 }
 
-fn holds(cell: vec2<u32>) -> bool {
+fn passes_split_test(cell: vec2<u32>) -> bool {
     let corners = corners_of(frame.level, cell);
     let found = corner_fractions(corners);
     if discontinuities_inside(frame.level, cell) == STEP {
-        return holds_step(corners, found);
+        return passes_step_test(corners, found);
     }
     let missing = dot(vec4<u32>(found < vec4(0.0)), vec4(1u));
     if missing == 4u {
@@ -36,7 +36,7 @@ fn holds(cell: vec2<u32>) -> bool {
     return high - low <= frame.error || is_predicted(cell, corners, found);
 }
 
-// Returns whether the parent's corners had predicted this cell's.
+// True if the parent's corners predicted this cell's fractions.
 fn is_predicted(cell: vec2<u32>, corners: Corners, found: vec4<f32>) -> bool {
     if frame.level >= frame.coarsest || discontinuities_inside(frame.level + 1u, cell / 2u) != NOTHING {
         return false;
@@ -53,7 +53,7 @@ fn is_predicted(cell: vec2<u32>, corners: Corners, found: vec4<f32>) -> bool {
     return true;
 }
 
-// On the unlit side, if no bulge turns back to the light.
+// True if no pixel of the cell faces the light.
 fn is_unlit(cell: vec2<u32>) -> bool {
     let first = cell << vec2(frame.level);
     let last = min(first + (1u << frame.level), vec2(frame.width, frame.height));
@@ -67,9 +67,9 @@ fn is_unlit(cell: vec2<u32>) -> bool {
     return true;
 }
 
-// Whether a cell across a step can be interpolated over: corners on one surface agree, and one that is alone on its own sees
-// all of the light or nothing.
-fn holds_step(corners: Corners, found: vec4<f32>) -> bool {
+// True if a cell across a depth discontinuity can be interpolated: corners on one surface agree, and a corner
+// that is alone on its surface is fully lit or in umbra.
+fn passes_step_test(corners: Corners, found: vec4<f32>) -> bool {
     for (var one = 0u; one < 4u; one++) {
         let here = corner_at(corners, one);
         if !is_receiver(pixel_of(here)) {
@@ -78,11 +78,11 @@ fn holds_step(corners: Corners, found: vec4<f32>) -> bool {
         var alone = true;
         for (var other = 0u; other < 4u; other++) {
             let there = corner_at(corners, other);
-            if all(here == there) || is_parted(pixel_of(here), pixel_of(there), apart(here, there)) {
+            if all(here == there) || is_discontinuity(pixel_of(here), pixel_of(there), apart(here, there)) {
                 continue;
             }
             alone = false;
-            // Below 0 are those that do not exist: two of them agree, and one with none.
+            // Negative values are undefined: two undefined ones agree, a defined and an undefined one do not.
             let both = found[one] >= 0.0 && found[other] >= 0.0;
             let neither = found[one] < 0.0 && found[other] < 0.0;
             if !(neither || (both && abs(found[one] - found[other]) <= frame.error)) {

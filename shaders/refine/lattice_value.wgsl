@@ -1,11 +1,12 @@
-// Visible fractions and values of the pixels that have just been traced.
+// Computes visible fractions and sample values of pixels that have just been traced, per query: from masks to
+// fractions, noise and values.
 //@ needs shared/query_batch shared/noise shared/sums
 //@ writes samples fractions
 
-// What is interpolated: 0 irradiance, 1 the visible fraction.
+// Interpolated quantity: 0 irradiance, 1 the visible fraction.
 override SHADING: u32 = 1u;
 
-// Whether anyone asks how noisy they are.
+// True if the noise of the masks is needed.
 override NOISY: bool = false;
 
 @compute @workgroup_size(64)

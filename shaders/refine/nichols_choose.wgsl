@@ -1,5 +1,5 @@
-// Decides which pending cells are rendered at this level (Nichols10 §3.4); the others go to the next level, are unlit or hold
-// nothing.
+// Selects the pending cells that are rendered at this level (Nichols10 §3.4), per cell: from the pyramid to
+// queries. Of the other cells, some go on to the next level, some are unlit, and some are empty.
 //@ needs shared/append shared/children shared/representative shared/pyramid shared/query_mask
 //@ writes samples
 
@@ -32,12 +32,12 @@ fn choose(here: Lane) {
     queries[slot] = Query(pixel, fold(frame.key, 0u), asked, index);
 }
 
-// The pixel at which a cell is rendered, or NONE.
+// Representative pixel of a cell that is rendered, or NONE.
 fn chosen(cell: vec2<u32>) -> u32 {
     let level = frame.level;
     let index = cell_index(level, cell);
     var state = cells[index].state;
-    // Above the coarsest level everything counts as discontinuous, or nothing would ever start.
+    // Above the coarsest level everything counts as discontinuous, or refinement would never start.
     if level == frame.coarsest {
         state = PENDING;
     }

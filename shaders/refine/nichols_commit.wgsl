@@ -1,8 +1,9 @@
-// Keeps the rendered cells that are good enough and passes the children of the others on.
+// Commits rendered cells, per query: keeps those without a discontinuity and passes the children of the
+// others on.
 //@ needs shared/query_batch shared/children shared/pyramid shared/query
 //@ writes queries
 
-// Refine the neighbours of refined cells too, diagonal ones included.
+// True if the neighbours of refined cells are refined too, diagonal ones included.
 override DIAGONAL: bool = false;
 
 @compute @workgroup_size(64)

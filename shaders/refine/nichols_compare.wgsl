@@ -1,4 +1,5 @@
-// Flags rendered cells whose neighbourhood shows an illumination discontinuity.
+// Flags illumination discontinuities, per query: from the masks in a rendered cell's neighbourhood to its
+// flag.
 //@ needs shared/query_batch shared/query shared/votes
 //@ reads queries
 //@ writes cells

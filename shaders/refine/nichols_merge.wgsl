@@ -1,4 +1,4 @@
-// Puts the bits that were taken over into the masks that came back.
+// Merges reused visibility bits into traced masks, per query.
 //@ needs shared/query_batch
 //@ reads reused
 //@ writes wanted visible

@@ -1,4 +1,5 @@
-// Takes bits over on which the coarser neighbourhood agrees (Nichols10 §3.3.2): an invocation for every query of the level.
+// Reuses visibility bits on which the coarser neighbourhood agrees (Nichols10 §3.3.2), per query of the
+// level: from coarser masks to reused bits and the samples left to trace.
 //@ needs shared/query_batch shared/query shared/votes
 //@ reads queries
 //@ writes wanted reused
@@ -10,7 +11,8 @@ fn reuse(here: Lane) {
         return;
     }
     let cell = cell_of(queries[query].place - level_first(frame.level));
-    // A cell whose parent was not rendered knows its neighbours' masks only, which may lie on other surfaces.
+    // A cell whose parent was not rendered has masks of its parent's neighbours only, which may lie on other
+    // surfaces.
     var known_there = false;
     if frame.level < frame.coarsest {
         known_there = cells[cell_index(frame.level + 1u, cell / 2u)].state == RENDERED;

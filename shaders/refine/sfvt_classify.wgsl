@@ -1,4 +1,5 @@
-// Splits pending cells by geometry, keeps unlit ones, and asks for the masks of the others' sub-fragments (Koa17 §3.3).
+// Classifies pending cells by geometry (Koa17 §3.3), per cell of a level: splits some, keeps unlit ones, and
+// requests the masks of the others' sub-fragments.
 //@ needs shared/append shared/children shared/representative shared/pyramid shared/query_mask
 //@ writes samples
 
@@ -18,7 +19,7 @@ fn classify(here: Lane) {
     let size = 1u << frame.level;
     for (var part = 0u; part < frame.slots; part++) {
         let query = slot * frame.slots + part;
-        // Quadrant by quadrant; of sixteen, four to a quadrant.
+        // Slots are ordered by quadrant; of sixteen, four belong to a quadrant.
         var square = size / 2u;
         var corner = cell * size;
         if frame.slots == 16u {
@@ -42,7 +43,7 @@ fn classify(here: Lane) {
             asked += countOneBits(mask);
             wanted[query * frame.pattern.words + word] = mask;
         }
-        // Until it is judged, the first query knows the cell.
+        // The first query refers to the cell until the split test.
         queries[query] = Query(pixel, pattern_key(fragment, pixel), asked, index);
     }
 }

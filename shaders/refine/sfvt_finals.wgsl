@@ -1,4 +1,5 @@
-// Full masks of single pixels: level-0 cells, and additional samples of larger ones. In tiles of 8 × 8.
+// Requests complete masks of single pixels, per pixel in tiles of 8 × 8: level-0 cells, and additional
+// samples of larger ones.
 //@ needs shared/append shared/cells shared/representative shared/query_mask
 //@ writes samples cells
 

@@ -1,15 +1,16 @@
-// Judges tested cells by their masks: keeps, blackens or splits (Koa17 §3.3.4–3.3.6, §3.4).
+// Split test of tested cells (Koa17 §3.3.4–3.3.6, §3.4), per cell: from its sub-fragments' masks to kept,
+// black or split.
 //@ needs shared/children shared/counters shared/query
 //@ reads wanted visible
 //@ writes queries samples
 
-// Write 0 where no sub-fragment sees any light.
+// True if cells get the value 0 when no sub-fragment sees any light.
 override DARK_CULLING: bool = true;
-// Add three level-0 samples to every stable cell above level 2.
+// True if every stable cell above level 2 gets three additional level-0 samples.
 override FURTHER_SAMPLES: bool = true;
 
-// What the masks of one quadrant say about 32 samples.
-struct Seen {
+// Masks of one quadrant for 32 samples.
+struct QuadrantMask {
     known: u32,
     visible: u32,
 }
@@ -30,7 +31,7 @@ fn judge(here: Lane) {
     var any_visible = 0u;
     var gradient = array<u32, 4>();
     for (var word = 0u; word < frame.pattern.words; word++) {
-        var quadrants = array<Seen, 4>();
+        var quadrants = array<QuadrantMask, 4>();
         for (var part = 0u; part < frame.slots; part++) {
             let at = (first + part) * frame.pattern.words + word;
             let quadrant = part * 4u / frame.slots;
@@ -38,14 +39,14 @@ fn judge(here: Lane) {
             quadrants[quadrant].visible |= visible[at] & wanted[at];
         }
         var lit = 0u;
-        var unlit_too = 0u;
+        var unlit = 0u;
         for (var quadrant = 0u; quadrant < 4u; quadrant++) {
             lit |= quadrants[quadrant].visible;
-            unlit_too |= quadrants[quadrant].known & ~quadrants[quadrant].visible;
+            unlit |= quadrants[quadrant].known & ~quadrants[quadrant].visible;
         }
         any_visible |= lit;
         // The OR of all six pairwise XORs (Eq. 1), over bits that both sides know.
-        differing += countOneBits(lit & unlit_too);
+        differing += countOneBits(lit & unlit);
         for (var edge = 0u; edge < 4u; edge++) {
             let a = quadrants[ring[edge]];
             let b = quadrants[ring[(edge + 1u) % 4u]];
@@ -99,7 +100,8 @@ fn keep(first: u32, index: u32, cell: vec2<u32>, dark: bool) {
     }
 }
 
-// The sample of a whole cell: at the mean of the pixels that its rays started from; the nearest of these stands for it.
+// Sample of a whole cell: at the mean of the pixels from which its rays started. The nearest of these is its
+// representative pixel.
 fn centre_sample(first: u32) -> Sample {
     var at = vec2(0.0);
     var found = 0.0;

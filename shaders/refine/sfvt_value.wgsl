@@ -1,8 +1,9 @@
-// Values of the cells that were kept, from all their queries.
+// Computes values of kept cells, per cell: from the masks of all its queries to irradiance or the visible
+// fraction.
 //@ needs shared/counters shared/sums
 //@ writes samples
 
-// What is interpolated: 0 irradiance, 1 the visible fraction.
+// Interpolated quantity: 0 irradiance, 1 the visible fraction.
 override SHADING: u32 = 1u;
 
 @compute @workgroup_size(64)

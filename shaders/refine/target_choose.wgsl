@@ -1,32 +1,35 @@
-// Chooses light samples and threshold for an error target by what the coarsest corners have shown. One workgroup adds them up
-// in one order, so that nothing depends on the device's.
+// Chooses the sampling plan for an error target, once per light: from the pilot samples at the coarsest
+// corners to a number of light samples and an interpolation tolerance. One workgroup sums in a fixed order,
+// so that the result does not depend on scheduling.
 //@ needs shared/cells shared/choice shared/query
 //@ reads samples
 
-// The NMSE₂ to come down to; that which noise may have, and the difference that is interpolated over but for noise: `Budget`.
+// Error target (NMSE₂), its share for noise, and the interpolation tolerance before the bound by noise; see
+// `Budget`.
 override WHOLE_TARGET: f32 = 0.0;
 override NOISE_TARGET: f32 = 0.0;
 override INTERPOLATION: f32 = 0.0;
 
-// Samples along one side of the light, fewest and most, and in a trial.
+// Fewest and most samples along one side of the light, and number of pilot samples.
 const LEAST: u32 = 4u;
 const MOST: u32 = 20u;
 const FIRST: u32 = 8u;
 const TRIAL: f32 = f32(FIRST * FIRST);
 const SIDES: u32 = MOST - LEAST + 1u;
 
-// Share of differing neighbours at which samples are as good as independent.
+// Fraction of differing neighbours from which on samples are practically independent.
 const INDEPENDENT: f32 = 0.35;
 
-// Standard deviation of the visible fraction by a trial's samples, the power of their number that it falls with, and how many
-// times it the difference is that is interpolated over, at least; bounds on that.
+// Standard deviation of the visible fraction with the pilot samples, the power of their number with which it
+// falls, and the least interpolation tolerance in standard deviations; then bounds on the tolerance.
 const DEVIATION: f32 = 0.02;
 const DECAY: f32 = 0.75;
 const DEVIATIONS: f32 = 2.5;
 const LEAST_ERROR: f32 = 0.01;
 const MOST_ERROR: f32 = 0.3;
 
-// One over a number of columns or rows: divided by the compiler, since devices may round.
+// Reciprocals of numbers of columns or rows: computed by the compiler, since division on the GPU may not
+// round correctly.
 const SCALES = array(
     1.0 / 4.0, 1.0 / 5.0, 1.0 / 6.0, 1.0 / 7.0, 1.0 / 8.0, 1.0 / 9.0, 1.0 / 10.0, 1.0 / 11.0, 1.0 / 12.0, 1.0 / 13.0,
     1.0 / 14.0, 1.0 / 15.0, 1.0 / 16.0, 1.0 / 17.0, 1.0 / 18.0, 1.0 / 19.0, 1.0 / 20.0,
@@ -77,13 +80,14 @@ fn choose(@builtin(local_invocation_index) lane: u32) {
     let side = min(side_for(noise, NOISE_TARGET * energy), SIDES - 1u);
     let every = side_for(noise, WHOLE_TARGET * energy);
     chosen[0] = choice_of(side);
-    // Not in foliage: what counts there is how many receivers see part of the light, and interpolation saves most of them.
+    // None in foliage: there the number of receivers that see part of the light decides, and interpolation
+    // saves most of them.
     if every < SIDES {
         chosen[0].every = pattern_of(every);
     }
 }
 
-// The least number of samples with no more noise; SIDES where all have more.
+// Least number of samples whose noise is within the limit; SIDES if none is.
 fn side_for(noise: array<f32, SIDES>, most: f32) -> u32 {
     var noises = noise;
     var side = 0u;
@@ -109,7 +113,7 @@ fn pattern_of(side: u32) -> Pattern {
 
 fn choice_of(side: u32) -> Choice {
     let pattern = pattern_of(side);
-    // Below the masks' own noise, pixels are no better than what they replace.
+    // Below the masks' own noise, pixels are no better than the values they replace.
     let deviation = DEVIATION * pow(TRIAL / f32(pattern.count), DECAY);
     var none: Pattern;
     let error = clamp(max(INTERPOLATION, DEVIATIONS * deviation), LEAST_ERROR, MOST_ERROR);

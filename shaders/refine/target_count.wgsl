@@ -1,4 +1,4 @@
-// Counts the cells of a level that wait to be looked at, and all receivers.
+// Counts pending cells of a level and all receivers, per cell: reduced by workgroup into two counters.
 //@ needs shared/cells shared/counters shared/surface
 
 var<workgroup> open: atomic<u32>;

@@ -1,7 +1,9 @@
-// Goes over to every pixel where so many are left that coarser cells do not pay. Then there are no levels but pixels.
+// Switches to tracing every pixel, once per level: if so many pixels are left that coarser cells do not pay
+// off. Level 0 is then the only level.
 //@ needs shared/choice shared/counters
 
-// Shares of the receivers in cells of level 1 and 2 that are still to be looked at: `Budget::DENSE`.
+// Fractions of the receivers in pending cells of level 1 and 2 above which every pixel is traced:
+// `Budget::DENSE`.
 override SHARE_1: f32 = 1.0;
 override SHARE_2: f32 = 1.0;
 

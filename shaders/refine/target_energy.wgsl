@@ -1,4 +1,4 @@
-// What errors are held against: the image's square, by luminance.
+// Sums the squared luminance of the image, per tile: the normalisation of errors.
 //@ needs shared/tiles
 //@ reads image
 

@@ -1,11 +1,11 @@
-// Expected squared error of the irradiance that one light adds, by luminance: by what the masks at the corners of cells show
-// (halflight-cpu/src/refine/lattice/error_estimate.rs).
+// Estimates the squared error of one light's irradiance by luminance, per tile: from the masks at the corners
+// of cells (halflight-cpu/src/refine/lattice/error_estimate.rs).
 //@ needs shared/fractions shared/inside shared/tiles shared/unshadowed
 //@ reads owners
 
-// Mean squared errors of the visible fraction in cells whose corners agree, in others, as a share of the square of their
-// difference, and of both where a step passes through: `assumed` in halflight-cpu/src/refine/lattice/validate.rs. Nothing is
-// validated here.
+// Mean squared errors of the visible fraction in cells whose corners agree, in cells whose corners differ
+// (relative to the squared difference), and of both kinds across a depth discontinuity: `assumed` in
+// halflight-cpu/src/refine/lattice/validate.rs. The GPU does not validate cells.
 const AGREED: f32 = 2e-5;
 const CURVATURE: f32 = 0.06;
 const STEP_AGREED: f32 = 5e-4;
@@ -16,7 +16,7 @@ fn expect(here: Tile) {
     var share = 0.0;
     if here.at.x < frame.width && here.at.y < frame.height {
         let level = owners[pixel_of(here.at.xy)];
-        // The first pixel of a cell speaks for it.
+        // The first pixel of a cell represents it.
         if level != NONE && all(((here.at.xy >> vec2(level)) << vec2(level)) == here.at.xy) {
             share = expected(level, here.at.xy);
         }

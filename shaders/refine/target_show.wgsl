@@ -1,4 +1,5 @@
-// What the receivers of a trial show: how bright they are, and how noisy (halflight-cpu/src/refine/target.rs).
+// Evaluates pilot samples, per query: from masks to squared irradiance and noise
+// (halflight-cpu/src/refine/target.rs).
 //@ needs shared/query_batch shared/noise shared/sums shared/unshadowed
 //@ writes samples
 

@@ -1,4 +1,5 @@
-// Adds what all tiles have to a counter that holds a float. One workgroup does it, in one order.
+// Adds the sums of all tiles to a counter that holds a float, once per light. One workgroup sums in a fixed
+// order.
 //@ needs shared/counters
 //@ reads tile_sums
 

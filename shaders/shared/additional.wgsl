@@ -1,13 +1,13 @@
-// Samples of a cell beyond the one that stands for it.
+// Additional samples of a cell, beside its first one.
 //@ needs shared/cells shared/field shared/surface
 
-// How many it may have.
-fn further_count(owner: Owner) -> u32 {
+// Most additional samples of the cell.
+fn additional_count(owner: Owner) -> u32 {
     return select(0u, 3u, cells[owner_place(owner)].kept == KEPT_MORE);
 }
 
-// The pixel of one of them, which is its place as well; NONE where it does not exist.
-fn further_place(owner: Owner, number: u32) -> u32 {
+// Pixel of an additional sample, which is also its index in `samples`; NONE where it does not exist.
+fn additional_place(owner: Owner, number: u32) -> u32 {
     let half = 1u << (owner.level - 1u);
     let at = (owner.cell << vec2(owner.level)) + half * vec2(number & 1u, number >> 1u);
     if at.x >= frame.width || at.y >= frame.height || !is_receiver(at.y * frame.width + at.x) {

@@ -1,10 +1,11 @@
-// Stream compaction: the invocations of a workgroup of 64 that want a slot get consecutive ones, in their order.
+// Stream compaction, per workgroup of 64: invocations that want a slot get consecutive ones, in their order.
 //@ needs shared/counters
 
 var<workgroup> append_marks: array<atomic<u32>, 2>;
 var<workgroup> append_first: u32;
 
-// The slot of this invocation; NONE where it wants none, or where there is no room left. All of a workgroup must call it, once.
+// Slot of this invocation; NONE if it wants none or no room is left. All invocations of a workgroup must call
+// this function, once.
 fn append(lane: u32, wants: bool, counter: u32, capacity: u32) -> u32 {
     if wants {
         atomicOr(&append_marks[lane >> 5u], 1u << (lane & 31u));
@@ -33,12 +34,12 @@ fn append(lane: u32, wants: bool, counter: u32, capacity: u32) -> u32 {
     return slot;
 }
 
-// Where a workgroup counts its samples at pixels.
+// Bucket in which a workgroup counts its samples at pixels.
 fn pixel_bucket(workgroup: vec3<u32>) -> u32 {
     return TALLY + SAMPLES_PER_LEVEL * BUCKETS + (workgroup.x + 7u * workgroup.y) % BUCKETS;
 }
 
-// How many of the workgroup wanted one.
+// Number of slots that the workgroup wanted.
 fn appended() -> u32 {
     return countOneBits(atomicLoad(&append_marks[0])) + countOneBits(atomicLoad(&append_marks[1]));
 }

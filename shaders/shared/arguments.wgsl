@@ -1,7 +1,7 @@
-// Sizes of dispatches that the device finds.
+// Indirect dispatch arguments that the GPU computes.
 //@ writes arguments
 
-// Workgroups along one side at most.
+// Most workgroups along one dimension.
 const SIDE: u32 = 65535u;
 
 fn set_size(slot: u32, groups: u32) {
@@ -10,7 +10,7 @@ fn set_size(slot: u32, groups: u32) {
     arguments[3u * slot + 2u] = 1u;
 }
 
-// Workgroups for the rays of queries. The number of rays may take more than 32 bits.
+// Number of workgroups for the rays of queries. The number of rays may take more than 32 bits.
 fn ray_groups(queries: u32) -> u32 {
     let stride = frame.pattern.stride;
     if stride > 64u {

@@ -1,18 +1,18 @@
-// What is known of a cell, level by level.
+// State of cells, level by level.
 //@ reads cells
 
 struct Cell {
     state: u32,
-    // Its query, or NONE.
+    // Query of the cell, or NONE.
     slot: u32,
-    // Whether it is part of the image, and with which samples.
+    // Kind of samples if the cell is part of the image, else 0.
     kept: u32,
-    // Whether its neighbourhood showed a discontinuity.
+    // 1 if the cell's neighbourhood has an illumination discontinuity.
     flag: u32,
 }
 
-// Of `state`: to be looked at; the same, and to be rendered whatever its geometry; rendered; a pixel that is an additional sample;
-// waiting for masks at its corners; looked at.
+// Values of `state`: to be processed; to be processed, and rendered whatever its geometry; rendered; a pixel
+// that is an additional sample; waiting for masks at its corners; processed.
 const PENDING: u32 = 1u;
 const FORCED: u32 = 2u;
 const RENDERED: u32 = 3u;
@@ -20,12 +20,12 @@ const ADDITIONAL: u32 = 4u;
 const WAITING: u32 = 5u;
 const DONE: u32 = 6u;
 
-// Of `kept`: its samples are one, or its corners; or one, and additional ones at its first pixel and those right of and below
-// its middle.
+// Values of `kept`: with one sample, or its corners; with one sample and additional ones at its first pixel
+// and those right of and below its centre.
 const KEPT: u32 = 1u;
 const KEPT_MORE: u32 = 2u;
 
-// The cell of a number within the level at hand.
+// Cell with a linear index within the current level.
 fn cell_of(number: u32) -> vec2<u32> {
     let columns = level_size(frame.level).x;
     return vec2(number % columns, number / columns);

@@ -1,7 +1,8 @@
+// Propagation of a state to child cells.
 //@ needs shared/cells
 //@ writes cells
 
-// Passes the four children of a cell on.
+// Sets the state of the four children of a cell.
 fn mark_children(level: u32, cell: vec2<u32>, state: u32) {
     let size = level_size(level - 1u);
     for (var child = 0u; child < 4u; child++) {

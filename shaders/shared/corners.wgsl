@@ -1,5 +1,6 @@
-// A cell's corners (halflight-cpu/src/corners.rs): its first pixel and those of the cells right of and below it, clamped to the
-// image's last column and row; a pixel's are itself.
+// Corners of a cell (halflight-cpu/src/corners.rs): its first pixel and the first pixels of the cells right
+// of and below it, clamped to the image's last column and row. All corners of a single-pixel cell are the
+// pixel itself.
 //@ needs shared/tangent_plane
 
 struct Corners {
@@ -7,7 +8,7 @@ struct Corners {
     last: vec2<u32>,
 }
 
-// A value that may not exist.
+// Value that may be undefined.
 struct Maybe {
     exists: bool,
     value: f32,
@@ -28,13 +29,13 @@ fn pixel_of(at: vec2<u32>) -> u32 {
     return at.y * frame.width + at.x;
 }
 
-// Columns or rows between two pixels, whichever are more.
+// Distance of two pixels in columns or rows, whichever is larger.
 fn apart(a: vec2<u32>, b: vec2<u32>) -> u32 {
     let off = max(a, b) - min(a, b);
     return max(off.x, off.y);
 }
 
-// Bilinear weights of the corners at a pixel; extrapolated where it does not lie between them.
+// Bilinear weights of the corners at a pixel; extrapolated where the pixel does not lie between them.
 fn corner_weights(corners: Corners, at: vec2<u32>) -> vec4<f32> {
     let size = vec2<f32>(max(corners.last - corners.first, vec2(1u)));
     let place = (vec2<f32>(at) - vec2<f32>(corners.first)) * (1.0 / size);
@@ -42,7 +43,8 @@ fn corner_weights(corners: Corners, at: vec2<u32>) -> vec4<f32> {
     return vec4(rest.x * rest.y, place.x * rest.y, rest.x * place.y, place.x * place.y);
 }
 
-// The value at a pixel: bilinear between the corners that nothing parts from it and whose value exists (is not below 0).
+// Value at a pixel: bilinear between the corners that no surface discontinuity separates from it and whose
+// value is defined (not negative).
 fn interpolated(corners: Corners, values: vec4<f32>, at: vec2<u32>) -> Maybe {
     let weights = corner_weights(corners, at);
     let pixel = pixel_of(at);
@@ -52,7 +54,7 @@ fn interpolated(corners: Corners, values: vec4<f32>, at: vec2<u32>) -> Maybe {
     var count = 0.0;
     for (var number = 0u; number < 4u; number++) {
         let corner = corner_at(corners, number);
-        if values[number] < 0.0 || is_parted(pixel, pixel_of(corner), apart(corner, at)) {
+        if values[number] < 0.0 || is_discontinuity(pixel, pixel_of(corner), apart(corner, at)) {
             continue;
         }
         sum += weights[number] * values[number];
@@ -60,7 +62,7 @@ fn interpolated(corners: Corners, values: vec4<f32>, at: vec2<u32>) -> Maybe {
         plain += values[number];
         count += 1.0;
     }
-    // Those that are left may have next to no weight.
+    // The remaining corners may have a weight of almost zero.
     if total > 1e-3 {
         return Maybe(true, sum / total);
     }

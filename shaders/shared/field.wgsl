@@ -1,7 +1,7 @@
-// Cells as upsamplers meet them: found by pixel, with their samples.
+// Lookup of cells by pixel, for upsamplers.
 //@ reads owners
 
-// A rectangle of pixels, ends excluded.
+// Rectangle of pixels, ends excluded.
 struct Rect {
     first: vec2<u32>,
     last: vec2<u32>,
@@ -12,7 +12,7 @@ struct Owner {
     cell: vec2<u32>,
 }
 
-// The cell that a pixel lies in; its level is NONE where there is none.
+// Cell that contains a pixel; its level is NONE where there is none.
 fn owner_at(at: vec2<u32>) -> Owner {
     let level = owners[at.y * frame.width + at.x];
     return Owner(level, at >> vec2(level & 31u));

@@ -1,5 +1,5 @@
-// Visible fractions of pixels: their bits plus one, or 0 where there is none or nobody has asked; below 0 stands for none. Then
-// the bits of their expected squared errors.
+// Visible fractions of pixels: their bits plus one, or 0 where undefined or not traced; the accessor returns
+// a negative number for these. The second word holds the bits of the expected squared error.
 //@ needs shared/corners
 //@ reads fractions
 

@@ -1,4 +1,4 @@
-// The one source of randomness, bit for bit that of halflight-core/src/hash.rs.
+// Hash functions, the only source of randomness: bit for bit those of halflight-core/src/hash.rs.
 
 fn mix32(value: u32) -> u32 {
     var x = value;
@@ -20,7 +20,7 @@ fn sample_bits(key: u32, index: u32) -> u32 {
 const SHARE_RECEIVER: u32 = 0u;
 const SHARE_FRAGMENT: u32 = 1u;
 
-// Pattern key of a receiver by the frame's sharing rule. `frame.key` has folded in seed, frame and light.
+// Pattern key of a receiver by the frame's sharing rule. `frame.key` already includes seed, frame and light.
 fn pattern_key(fragment: u32, pixel: u32) -> u32 {
     switch frame.sharing {
         case SHARE_RECEIVER: { return fold(frame.key, pixel); }

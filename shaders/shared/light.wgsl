@@ -1,4 +1,4 @@
-// Light samples and what they add, as in halflight-cpu/src/samples.rs.
+// Positions and geometry terms of light samples (halflight-cpu/src/samples.rs).
 //@ needs shared/hash
 
 const GRID: u32 = 0u;
@@ -8,7 +8,7 @@ fn unit_pair(bits: u32) -> vec2<f32> {
     return (vec2(f32(bits >> 16u), f32(bits & 0xffffu)) + 0.5) * (1.0 / 65536.0);
 }
 
-// Place of a sample in the unit square.
+// Position of a sample in the unit square.
 fn sample_place(index: u32, key: u32) -> vec2<f32> {
     let column = index % frame.pattern.columns;
     let row = index / frame.pattern.columns;
@@ -26,7 +26,7 @@ fn sample_point(index: u32, key: u32) -> vec3<f32> {
     return frame.light_corner + frame.light_u * place.x + frame.light_v * place.y;
 }
 
-// The light's unit normal on the side of a point; zero where no light leaves towards it.
+// Unit normal of the light on the side of a point; zero if the light emits nothing towards it.
 fn facing(origin: vec3<f32>) -> vec3<f32> {
     let between = origin - frame.light_corner;
     let side = dot3(frame.light_cross, between);
@@ -36,7 +36,7 @@ fn facing(origin: vec3<f32>) -> vec3<f32> {
     return select(frame.light_normal, -frame.light_normal, dot3(frame.light_normal, between) < 0.0);
 }
 
-// Geometry term of a sample at `d` from the receiver, 0 below either horizon.
+// Geometry term of a sample at `d` relative to the receiver, 0 below either horizon.
 fn geometry_term(d: vec3<f32>, normal: vec3<f32>, towards: vec3<f32>) -> f32 {
     let receiver = max(dot3(d, normal), 0.0);
     let emitter = max(dot3(d, -towards), 0.0);
@@ -48,7 +48,7 @@ fn geometry_term(d: vec3<f32>, normal: vec3<f32>, towards: vec3<f32>) -> f32 {
     return receiver * emitter / (squared * squared);
 }
 
-// How many of the light's corners are above a receiver's horizon.
+// Number of the light's corners above a receiver's horizon.
 fn corners_above(origin: vec3<f32>, normal: vec3<f32>) -> u32 {
     let a = frame.light_corner;
     let b = a + frame.light_u;

@@ -1,17 +1,18 @@
-// How noisy masks are (halflight-cpu/src/refine/target.rs). Light samples of error targets have fewer than 32 columns.
+// Noise of a mask, per query (halflight-cpu/src/refine/target.rs). Light samples of error targets have fewer
+// than 32 columns.
 //@ needs shared/query
 //@ reads wanted visible
 
-// Expected squared error over the share of neighbouring samples that differ, as on the CPU.
+// Expected squared error over the fraction of differing neighbouring samples, as on the CPU.
 const NOISE: f32 = 0.12;
 
-// What it grows by, as a share, where all samples of the rarer kind lie alone, as on the CPU.
+// Relative growth of the noise where all samples of the rarer kind are isolated, as on the CPU.
 const ALONE: f32 = 1.1;
 
 struct Noise {
     // Expected squared error of the visible fraction.
     variance: f32,
-    // Share of neighbouring samples that differ.
+    // Fraction of differing neighbouring samples.
     disagreement: f32,
 }
 
@@ -20,10 +21,10 @@ fn query_noise(query: u32) -> Noise {
     let columns = frame.pattern.columns;
     var lit = 0u;
     var count = 0u;
-    // Neighbours in a row and in a column, and those of them that differ.
+    // Number of neighbours in a row or in a column, and number of those that differ.
     var pairs = 0u;
     var differ = 0u;
-    // The next sample in the last column, from the word's first bit on.
+    // Offset of the next sample in the last column, from the word's first bit on.
     var edge = columns - 1u;
     for (var word = 0u; word < frame.pattern.words; word++) {
         let place = first + word;
@@ -57,7 +58,7 @@ fn query_noise(query: u32) -> Noise {
     return Noise(variance, f32(differ) / f32(max(pairs, 1u)));
 }
 
-// The bits `by` places on, from 1 to 31.
+// Bits shifted down by `by`, from 1 to 31, filled from the next word.
 fn later(word: u32, next: u32, by: u32) -> u32 {
     return (word >> by) | (next << (32u - by));
 }

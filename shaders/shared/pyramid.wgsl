@@ -1,8 +1,9 @@
-// Discontinuities of geometry: two words a cell, level by level. The first is the bits of the largest depth derivative, plus one, or
-// 0 where the cell holds no receiver; the second the bits of the largest curvature. Bits of positive floats have their order.
+// Geometric discontinuities of cells, level by level: two words per cell. The first is the bits of the
+// largest depth derivative, plus one, or 0 where the cell holds no receiver; the second is the bits of the
+// largest curvature. Bits of positive floats are ordered as the floats.
 //@ writes pyramid
 
-// Stands for infinity, where a receiver borders on nothing.
+// Finite stand-in for infinity, where a receiver borders on the background.
 const ENDLESS: f32 = 1.7e38;
 
 fn pyramid_has_receiver(index: u32) -> bool {

@@ -1,23 +1,24 @@
-// Questions to a visibility backend. Its masks are `frame.pattern.words` words long, at query × words in `wanted` and `visible`.
+// Queries to a visibility backend. Their masks have `frame.pattern.words` words each, at query × words in
+// `wanted` and `visible`.
 
 struct Query {
-    // The receiver; NONE asks nothing.
+    // Pixel of the receiver; NONE for an empty query.
     pixel: u32,
-    // Of the light-sample pattern.
+    // Key of the light-sample pattern.
     key: u32,
-    // Samples asked for, before those below a horizon were taken out.
+    // Number of samples before those below a horizon are removed.
     asked: u32,
-    // Where in `samples` the value goes.
+    // Index in `samples` of the query's value, or NONE.
     place: u32,
 }
 
-// A value at a place of the image.
+// Value at a position of the image.
 struct Sample {
     // In pixels; pixel (i, j) has its centre at (i + 0.5, j + 0.5).
     at: vec2<f32>,
-    // Below 0 where there is none.
+    // Negative where undefined.
     value: f32,
-    // The pixel whose surface stands for it.
+    // Representative pixel, whose surface the sample has.
     pixel: u32,
 }
 

@@ -1,4 +1,4 @@
-// The queries of a batch: all from the first to the last are answered.
+// Queries of the current batch: all from the first to the last are answered.
 //@ needs shared/counters
 
 fn query_of(number: u32) -> u32 {

@@ -1,8 +1,8 @@
-// Masks that ask.
+// Masks of wanted samples in queries.
 //@ needs shared/hash shared/query
 //@ writes queries wanted
 
-// A word of a mask that has all samples.
+// Word of a mask that has all samples.
 fn full_word(word: u32) -> u32 {
     let left = frame.pattern.count - min(word * 32u, frame.pattern.count);
     if left >= 32u {
@@ -11,7 +11,7 @@ fn full_word(word: u32) -> u32 {
     return (1u << left) - 1u;
 }
 
-// A pixel's query for all samples.
+// Writes a pixel's query for all samples.
 fn ask_all(slot: u32, pixel: u32) {
     queries[slot] = Query(pixel, pattern_key(pixel, pixel), frame.pattern.count, pixel);
     for (var word = 0u; word < frame.pattern.words; word++) {
@@ -19,7 +19,8 @@ fn ask_all(slot: u32, pixel: u32) {
     }
 }
 
-// Which of four receivers traces a sample when they share a pattern: every other column of every other row.
+// Index of the receiver, of four that share a pattern, that traces a sample: every other column of every
+// other row.
 fn quarter(index: u32) -> u32 {
     let column = index % frame.pattern.columns;
     let row = index / frame.pattern.columns;
@@ -29,7 +30,7 @@ fn quarter(index: u32) -> u32 {
     return index & 3u;
 }
 
-// A word of the mask that has one receiver's share.
+// Word of the mask of one receiver's quarter of the samples.
 fn share_word(word: u32, part: u32) -> u32 {
     var mask = 0u;
     let last = min(word * 32u + 32u, frame.pattern.count);

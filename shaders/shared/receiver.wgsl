@@ -1,4 +1,4 @@
-// Where shadow rays start. `position` holds these points, and depths (below 0 where nothing is seen).
+// Origins of shadow rays. `position` holds them, and depths (negative for the background).
 //@ needs shared/surface
 //@ reads position
 

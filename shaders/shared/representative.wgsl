@@ -1,8 +1,9 @@
-// Where cells are evaluated, and when light cannot reach them at all (halflight-cpu/src/refine/representative.rs).
+// Representative pixels of cells, and culling of cells that light cannot reach
+// (halflight-cpu/src/refine/representative.rs).
 //@ needs shared/light shared/query shared/receiver
 
-// The pixel at which a square is evaluated: the one right of and below its centre, or else the nearest receiver in it. NONE
-// where it has none.
+// Representative pixel of a square: the one right of and below its centre, or else the nearest receiver in
+// it. NONE where it has none.
 fn fragment_point(corner: vec2<u32>, size: u32) -> u32 {
     let image = vec2(frame.width, frame.height);
     if any(corner >= image) {
@@ -30,7 +31,7 @@ fn fragment_point(corner: vec2<u32>, size: u32) -> u32 {
     return best;
 }
 
-// Whether a receiver faces away from all of the light, or the light from it.
+// True if a receiver faces away from all of the light, or the light from it.
 fn faces_away(pixel: u32) -> bool {
     if !is_receiver(pixel) {
         return true;
@@ -39,7 +40,7 @@ fn faces_away(pixel: u32) -> bool {
     return all(facing(receiver.origin) == vec3(0.0)) || corners_above(receiver.origin, receiver.normal) == 0u;
 }
 
-// The same for a cell: at its centre and its corners.
+// True if a cell faces away from the light: at its centre and its corners.
 fn cell_faces_away(level: u32, cell: vec2<u32>) -> bool {
     let size = 1u << level;
     let first = cell << vec2(level);
@@ -56,10 +57,10 @@ fn pixel_centre(pixel: u32) -> vec2<f32> {
     return vec2(f32(pixel % frame.width), f32(pixel / frame.width)) + 0.5;
 }
 
-// What is interpolated: 0 irradiance, 1 the visible fraction.
+// Interpolated quantity: 0 irradiance, 1 the visible fraction.
 override SHADING: u32 = 1u;
 
-// The sample of a cell that no light can reach: no irradiance, and a fraction that does not exist.
+// Sample of a cell that no light can reach: no irradiance, and an undefined fraction.
 fn unlit(pixel: u32) -> Sample {
     return Sample(pixel_centre(pixel), select(0.0, NO_VALUE, SHADING == 1u), pixel);
 }

@@ -1,4 +1,4 @@
-// Whole numbers in the order of floats.
+// Integers in the order of floats.
 fn sortable(x: f32) -> u32 {
     let bits = bitcast<u32>(x);
     return select(bits | 0x80000000u, ~bits, (bits & 0x80000000u) != 0u);

@@ -1,16 +1,16 @@
-// Sums over light samples, in the order of lanes that the CPU has.
+// Sums over light samples, per query: in the summation order of the CPU.
 //@ needs shared/light shared/query shared/receiver
 //@ reads queries wanted visible
 
 struct Sums {
-    // Geometry terms of the visible samples, and of all.
+    // Sums of geometry terms of the visible samples, and of all.
     visible: f32,
     all: f32,
-    // Samples asked for.
+    // Number of samples asked for.
     count: u32,
 }
 
-// Lanes that the CPU adds up apart.
+// Number of lanes that the CPU sums separately.
 const LANES: u32 = 16u;
 
 fn query_sums(query: u32) -> Sums {
@@ -46,7 +46,7 @@ fn query_sums(query: u32) -> Sums {
     return sums;
 }
 
-// The visible fraction of one query; NO_VALUE where every sample lies below a horizon.
+// Visible fraction of one query; NO_VALUE where every sample lies below a horizon.
 fn query_fraction(query: u32) -> f32 {
     let first = query * frame.pattern.words;
     var lit = 0u;

@@ -1,4 +1,5 @@
-// The G-buffer: `normal` holds the bits of unit normals and the triangle's number (NONE where nothing is seen).
+// Surfaces of the G-buffer: `normal` holds the bits of unit normals and the triangle's index (NONE for the
+// background).
 //@ reads normal
 
 fn triangle_at(pixel: u32) -> u32 {

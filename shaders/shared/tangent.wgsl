@@ -1,17 +1,18 @@
-// Whether two pixels see the same surface (halflight-cpu/src/upsample/surface.rs).
+// Surface test for upsamplers: decides if two pixels see the same surface
+// (halflight-cpu/src/upsample/surface.rs).
 //@ needs shared/offset shared/receiver
 
 struct Tangent {
     point: vec3<f32>,
     up: vec3<f32>,
-    // Squared distance off a plane at which values part, square metres.
+    // Squared distance off a plane up to which values are mixed, square metres.
     allowed: f32,
 }
 
 struct Misfit {
-    // Squared distance off each other's planes, as a share of what is allowed.
+    // Squared distance off each other's planes, relative to the allowed one.
     off: f32,
-    // Between the normals.
+    // Cosine between the normals.
     cosine: f32,
 }
 
@@ -32,14 +33,14 @@ fn misfit(a: Tangent, b: Tangent) -> Misfit {
     return Misfit(off / allowed, cosine);
 }
 
-// 1 where two belong to one surface, 0 where they do not, between the two at its limits.
+// Agreement of two surfaces: 1 on one surface, 0 on separate ones, in between near the limits.
 fn agreement(a: Tangent, b: Tangent) -> f32 {
     let found = misfit(a, b);
     let flat = clamp(2.0 - 2.0 * found.off, 0.0, 1.0);
     return flat * clamp((found.cosine - frame.surface.z) * frame.surface.w, 0.0, 1.0);
 }
 
-// Never 0: orders surfaces by how badly they fit where none fits.
+// Match of two surfaces, never 0: orders surfaces where none agrees.
 fn likeness(a: Tangent, b: Tangent) -> f32 {
     let found = misfit(a, b);
     let towards = clamp(0.5 + 0.5 * found.cosine, 0.0, 1.0);

@@ -5,14 +5,14 @@ struct Elevations {
     // Heights above each other's tangent planes, metres.
     above_a: f32,
     above_b: f32,
-    // What parts them.
+    // Height above which there is a surface discontinuity.
     limit: f32,
     // Footprint of a pixel.
     step: f32,
 }
 
-// Of two receivers that lie so many columns or rows apart.
-fn rises_between(a: u32, b: u32, apart: u32) -> Elevations {
+// Elevations of two receivers that are `apart` columns or rows from each other.
+fn elevations_between(a: u32, b: u32, apart: u32) -> Elevations {
     let pa = position[a];
     let pb = position[b];
     let between = pb.xyz - pa.xyz;
@@ -23,19 +23,19 @@ fn rises_between(a: u32, b: u32, apart: u32) -> Elevations {
     return Elevations(dot3(normal_at(a), between), -dot3(normal_at(b), between), limit, step + rounding);
 }
 
-// Whether something parts two pixels.
-fn is_parted(a: u32, b: u32, apart: u32) -> bool {
+// True if there is a surface discontinuity between two pixels.
+fn is_discontinuity(a: u32, b: u32, apart: u32) -> bool {
     if triangle_at(a) == triangle_at(b) {
         return false;
     }
     if !is_receiver(a) || !is_receiver(b) {
         return true;
     }
-    let rises = rises_between(a, b, apart);
-    return rises.above_a > rises.limit || rises.above_b > rises.limit;
+    let elevations = elevations_between(a, b, apart);
+    return elevations.above_a > elevations.limit || elevations.above_b > elevations.limit;
 }
 
-// Whether two pixels lie on one plane or nearly so, seen from both.
+// True if two pixels lie on one plane or nearly so, by the tangent planes of both.
 fn is_level(a: u32, b: u32, apart: u32) -> bool {
     if triangle_at(a) == triangle_at(b) {
         return true;
@@ -43,6 +43,6 @@ fn is_level(a: u32, b: u32, apart: u32) -> bool {
     if !is_receiver(a) || !is_receiver(b) {
         return false;
     }
-    let rises = rises_between(a, b, apart);
-    return abs(rises.above_a) <= rises.limit && abs(rises.above_b) <= rises.limit;
+    let elevations = elevations_between(a, b, apart);
+    return abs(elevations.above_a) <= elevations.limit && abs(elevations.above_b) <= elevations.limit;
 }

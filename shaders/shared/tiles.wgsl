@@ -1,9 +1,9 @@
-// Sums over tiles of 8 × 8 pixels, a workgroup each, in one order.
+// Sums over tiles of 8 × 8 pixels, one workgroup each, in a fixed order.
 //@ writes tile_sums
 
 var<workgroup> tile_shares: array<f32, 64>;
 
-// Sets what the tile adds up to. All of a workgroup must call it, once.
+// Sums `share` over the tile. All invocations of a workgroup must call this function, once.
 fn add_up(here: Tile, share: f32) {
     tile_shares[here.lane] = share;
     workgroupBarrier();

@@ -1,14 +1,14 @@
-// Analytic unshadowed irradiance of the light, as in halflight-cpu/src/unshadowed.rs.
+// Analytic unshadowed irradiance of the light, per receiver (halflight-cpu/src/unshadowed.rs).
 //
-// Lambert's formula cancels where the light is small in the sky, and shading languages have no double precision to rely on.
-// There the light is cut into triangles, clipped to the horizon, and integrated by cubature: what the formula cannot do in
-// single precision is easy for a polynomial, since the integrand hardly varies.
+// Lambert's formula suffers from cancellation where the light subtends a small solid angle, and shading
+// languages have no reliable double precision. There the light is cut into triangles, clipped to the horizon,
+// and integrated by cubature: the integrand hardly varies, so a polynomial is accurate in single precision.
 //@ needs shared/light
 
 const PI: f32 = 3.14159265358979;
 
-// atan2(sine, cosine) / sine for sine ≥ 0. The argument of the arctangent is brought to 0 … tan(π/8), where eight terms of
-// its series are good to 1e-8.
+// Returns atan2(sine, cosine) / sine for sine ≥ 0. The argument of the arctangent is reduced to 0 … tan(π/8),
+// where eight terms of its series are accurate to 1e-8.
 fn angle_over_sine(sine: f32, cosine: f32) -> f32 {
     let magnitude = abs(cosine);
     let low = sine <= 0.41421357 * magnitude;
@@ -34,7 +34,7 @@ fn angle_over_sine(sine: f32, cosine: f32) -> f32 {
     return angle / max(sine, 1.17549435e-38);
 }
 
-// The part of the light above a receiver's horizon, seen from the receiver.
+// Part of the light above a receiver's horizon, relative to the receiver.
 struct Polygon {
     corners: array<vec3<f32>, 6>,
     count: u32,
@@ -42,7 +42,7 @@ struct Polygon {
 
 fn visible_polygon(origin: vec3<f32>, up: vec3<f32>) -> Polygon {
     var polygon: Polygon;
-    // Differences first: the corners of a small light far away round to one point.
+    // Differences first: the corners of a small light far away would round to one point.
     let a = frame.light_corner - origin;
     var corners = array(a, a + frame.light_u, a + frame.light_u + frame.light_v, a + frame.light_v);
     for (var index = 0u; index < 4u; index++) {
@@ -74,7 +74,8 @@ fn lambert(polygon: Polygon, up: vec3<f32>) -> f32 {
     return 0.5 * sum;
 }
 
-// Radon's cubature over a triangle, exact to the fifth degree: weights of the corners, and of the point.
+// Radon's cubature over a triangle, exact to the fifth degree: barycentric weights of the corners, and the
+// weight of the point.
 const RADON: array<vec4<f32>, 7> = array(
     vec4(0.333333333, 0.333333333, 0.333333333, 0.225),
     vec4(0.797426985, 0.101286507, 0.101286507, 0.125939181),
@@ -85,7 +86,7 @@ const RADON: array<vec4<f32>, 7> = array(
     vec4(0.470142064, 0.470142064, 0.059715872, 0.132394153),
 );
 
-// Pieces along the sides of a triangle at most.
+// Most pieces along a side of a triangle.
 const PIECES: u32 = 8u;
 
 fn cubature(polygon: Polygon, up: vec3<f32>, towards: vec3<f32>) -> f32 {
@@ -103,7 +104,7 @@ fn triangle_integral(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, up: vec3<f32>, to
     let cross = cross3(u, v);
     let area = 0.5 * sqrt(dot3(cross, cross));
     let longest = sqrt(max(max(dot3(u, u), dot3(v, v)), dot3(c - b, c - b)));
-    // No corner is nearer than this, and pieces are to be a quarter of it at most.
+    // Lower bound on the distance of the corners; pieces are at most a quarter of it.
     let distance = abs(dot3(towards, a));
     let near = max(distance, sqrt(min(min(dot3(a, a), dot3(b, b)), dot3(c, c))) - longest);
     let pieces = clamp(u32(min(4.0 * longest / max(near, 1e-30), 1000.0)) + 1u, 1u, PIECES);
@@ -111,7 +112,7 @@ fn triangle_integral(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, up: vec3<f32>, to
     var points = RADON;
     var sum = 0.0;
     for (var row = 0u; row < pieces; row++) {
-        // Upright pieces and, between them, those upside down.
+        // Upright pieces and, between them, inverted ones.
         for (var piece = 0u; piece < 2u * (pieces - row) - 1u; piece++) {
             let down = (piece & 1u) == 1u;
             let base = vec2(f32((piece + 1u) / 2u), f32(row + (piece & 1u))) * size;
@@ -141,7 +142,7 @@ fn unshadowed(origin: vec3<f32>, up: vec3<f32>) -> f32 {
     if dot3(away, away) > shorter * 64.0 {
         return max(cubature(polygon, up, towards), 0.0);
     }
-    // Seen from in front, the corners run clockwise: the sum is negative there.
+    // Seen from the front, the corners run clockwise: the sum is negative there.
     let sign = select(1.0, -1.0, dot3(frame.light_cross, origin - frame.light_corner) > 0.0);
     return max(lambert(polygon, up) * sign, 0.0);
 }

@@ -1,4 +1,4 @@
-// What the masks of a neighbourhood say about 32 light samples: seen lit by one of them, seen unlit by one of them.
+// Visibility of 32 light samples in a neighbourhood: visible from some cell, hidden from some cell.
 //@ needs shared/cells
 //@ reads wanted visible
 

@@ -1,12 +1,13 @@
-// One level of multi-pass bilinear upsampling (Nichols10 §3.4); the last one writes pixels.
+// Multi-pass bilinear upsampling (Nichols10 §3.4), per texel of a level: from the next coarser level to this
+// one; level 0 writes pixels.
 //@ needs shared/counters shared/query shared/tangent
 //@ reads samples owners
 //@ writes plane texels
 
 struct Texel {
-    // Below 0 where not computed.
+    // Negative where not computed.
     value: f32,
-    // The pixel whose surface stands for it, or NONE.
+    // Representative pixel, or NONE.
     pixel: u32,
 }
 
@@ -51,7 +52,7 @@ fn texel(at: vec2<u32>) -> Texel {
 fn interpolated(at: vec2<u32>) -> Texel {
     let coarse = level_size(frame.level + 1u);
     let parent = at / 2u;
-    // The neighbour on the texel's own side; at the border the parent again.
+    // Neighbour on the texel's own side; at the border the parent again.
     let side = select(parent - min(parent, vec2(1u)), min(parent + 1u, coarse - 1u), (at & vec2(1u)) == vec2(1u));
     var taps = array(
         texels[cell_index(frame.level + 1u, parent)],
@@ -95,7 +96,7 @@ fn interpolated(at: vec2<u32>) -> Texel {
     return Texel(select(-1.0, plain / plain_total, plain_total > 0.0), pixel);
 }
 
-// The pixel right of and below the texel's centre, where it sees anything.
+// Representative pixel of a texel, right of and below its centre, if it sees geometry.
 fn stand_in(at: vec2<u32>) -> u32 {
     let size = 1u << frame.level;
     let centre = min(at * size + size / 2u, vec2(frame.width, frame.height) - 1u);

@@ -1,4 +1,5 @@
-// Pixels that all have samples of their own: every upsampler leaves them as they are.
+// Copies sample values to pixels, per pixel, where every pixel has a sample: all upsamplers keep these
+// values.
 //@ needs shared/query shared/surface
 //@ reads samples
 //@ writes plane
@@ -9,6 +10,6 @@ fn copy(@builtin(global_invocation_id) at: vec3<u32>) {
         return;
     }
     let pixel = at.y * frame.width + at.x;
-    // Where no value exists the light is below the horizon, and so is all that is multiplied with it.
+    // An undefined value means that the light is below the horizon: the pixel is 0.
     plane[pixel] = select(0.0, max(samples[pixel].value, 0.0), is_receiver(pixel));
 }

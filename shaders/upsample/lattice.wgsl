@@ -1,4 +1,5 @@
-// Bilinear between the corners of cells (halflight-cpu/src/upsample/lattice.rs).
+// Lattice upsampling, per pixel: bilinear between the corners of the pixel's cell
+// (halflight-cpu/src/upsample/lattice.rs).
 //@ needs shared/corners upsample/pixels
 
 fn value_at(at: vec2<u32>, owner: Owner) -> f32 {
@@ -24,16 +25,17 @@ fn value_at(at: vec2<u32>, owner: Owner) -> f32 {
         return low;
     }
     if low > high {
-        // Where no value exists the light is below the horizon, and so is all that is multiplied with it.
+        // All values are undefined: the light is below the horizon, and the pixel is 0.
         return 0.0;
     }
     if same {
-        // All on one triangle, which is most of what is not flat.
+        // All on one triangle: the most common case of values that vary.
         let weights = corner_weights(corners, at);
         let sum = weights.x * values.x + weights.y * values.y;
         return clamp(sum + weights.z * values.z + weights.w * values.w, low, high);
     }
     let found = interpolated(corners, values, at);
-    // Where the light is below the horizon of all corners on the pixel's surface there is next to none.
+    // If all corners on the pixel's surface are undefined, the light is below their horizons and the pixel
+    // gets almost none.
     return select(0.5 * (low + high), clamp(found.value, low, high), found.exists);
 }

@@ -1,9 +1,9 @@
-// Pixels one by one: those of fine cells take their cell's value over, the others are up to `value_at`.
+// Writes pixels, per pixel: those of fine cells copy their cell's value, the others call `value_at`.
 //@ needs shared/field shared/query shared/surface
 //@ reads samples
 //@ writes plane
 
-// The coarsest level whose cells have one value.
+// Coarsest level of cells whose value is copied.
 override COPIED_LEVEL: u32 = 0u;
 
 @compute @workgroup_size(8, 8)
@@ -16,7 +16,7 @@ fn pixels(@builtin(global_invocation_id) at: vec3<u32>) {
     if owner.level == NONE || !is_receiver(pixel) {
         plane[pixel] = 0.0;
     } else if owner.level <= COPIED_LEVEL {
-        // Where no value exists the light is below the horizon, and so is all that is multiplied with it.
+        // An undefined value means that the light is below the horizon: the pixel is 0.
         plane[pixel] = max(samples[owner_place(owner)].value, 0.0);
     } else {
         plane[pixel] = value_at(at.xy, owner);

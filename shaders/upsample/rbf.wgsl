@@ -1,43 +1,44 @@
-// Gaussian radial basis functions (Koa16 §3.1.5, Koa17 §3.6), as in halflight-cpu/src/upsample/rbf.rs.
+// Upsampling by Gaussian radial basis functions (Koa16 §3.1.5, Koa17 §3.6), per pixel: from up to three
+// samples (halflight-cpu/src/upsample/rbf.rs).
 //@ needs shared/additional upsample/pixels
 
 override VARIANCE: f32 = 2.0;
 override REACH: f32 = 2.0;
-// Whether the variance follows the samples' levels.
+// True if the variance follows the samples' levels.
 override ADAPTIVE: bool = false;
 
-// Samples of one edge that are looked at.
+// Most samples of one edge.
 const MOST: u32 = 192u;
-// Determinants below this leave no digit of the weights.
+// Determinant below which no digit of the weights is left.
 const SINGULAR: f32 = 1e-6;
 
-// A sample that a pixel takes part of its value from.
+// Sample that contributes to a pixel.
 struct Basis {
     at: vec2<f32>,
     value: f32,
     level: f32,
-    // Squared, in widths of the pixel's cell.
+    // Squared distance from the pixel, in widths of its cell.
     distance: f32,
     place: u32,
 }
 
-// An outer edge of the pixel's quadrant.
+// Outer edge of the pixel's quadrant.
 struct Edge {
-    // Whether it runs along a row.
+    // True for an edge along a row.
     level: bool,
     line: f32,
     low: u32,
     high: u32,
 }
 
-// The pixel, the width of its cell, the samples chosen so far, and the nearest of those on an edge.
+// Pixel, width of its cell, samples chosen so far, and the nearest sample on an edge.
 var<private> pixel_at: vec2<f32>;
 var<private> width: f32;
 var<private> chosen: array<Basis, 3>;
 var<private> chosen_count: u32;
 var<private> best: Basis;
 var<private> found: bool;
-var<private> looked_at: u32;
+var<private> used_count: u32;
 
 fn value_at(at: vec2<u32>, owner: Owner) -> f32 {
     let size = 1u << owner.level;
@@ -51,10 +52,10 @@ fn value_at(at: vec2<u32>, owner: Owner) -> f32 {
     chosen[0] = basis(owner_place(owner), owner.level);
     chosen_count = 1u;
     let row = Edge(true, lines.y, first.x, last.x);
-    look_along(owner, row, corner.y, beyond.y, frame.height);
+    search_edge(owner, row, corner.y, beyond.y, frame.height);
     choose_nearest();
     let column = Edge(false, lines.x, first.y, last.y);
-    look_along(owner, column, corner.x, beyond.x, frame.width);
+    search_edge(owner, column, corner.x, beyond.x, frame.width);
     choose_nearest();
     return mixed();
 }
@@ -66,12 +67,12 @@ fn choose_nearest() {
     }
 }
 
-// Looks at all samples on an edge: the cell's own additional ones, and those of the cells across it. `start` is where the cell
-// begins across the edge's direction and `end` where the image ends.
-fn look_along(owner: Owner, edge: Edge, start: u32, beyond: bool, end: u32) {
+// Searches the samples on an edge: the cell's own additional ones, and those of the cells across it. `start`
+// is the cell's first row or column across the edge, and `end` that of the image's end.
+fn search_edge(owner: Owner, edge: Edge, start: u32, beyond: bool, end: u32) {
     found = false;
-    looked_at = 0u;
-    look_at_further(owner, edge);
+    used_count = 0u;
+    search_additional(owner, edge);
     let across = select(start - 1u, start + (1u << owner.level), beyond);
     if select(start == 0u, across >= end, beyond) {
         return;
@@ -84,17 +85,17 @@ fn look_along(owner: Owner, edge: Edge, start: u32, beyond: bool, end: u32) {
             along += 1u;
             continue;
         }
-        look_at(owner_place(other), other.level);
-        look_at_further(other, edge);
+        add_candidate(owner_place(other), other.level);
+        search_additional(other, edge);
         let last = owner_rect(other).last;
         along = select(last.y, last.x, edge.level);
     }
 }
 
-// The additional samples of a cell that lie on an edge. A pixel on either side of the line does, and one beyond its ends.
-fn look_at_further(owner: Owner, edge: Edge) {
-    for (var number = 0u; number < further_count(owner); number++) {
-        let place = further_place(owner, number);
+// Searches the additional samples of a cell on an edge: those within a pixel of the line and of its ends.
+fn search_additional(owner: Owner, edge: Edge) {
+    for (var number = 0u; number < additional_count(owner); number++) {
+        let place = additional_place(owner, number);
         if place == NONE {
             continue;
         }
@@ -102,16 +103,16 @@ fn look_at_further(owner: Owner, edge: Edge) {
         let along = select(at.y, at.x, edge.level);
         let off = abs(select(at.x, at.y, edge.level) - edge.line);
         if off <= 1.0 && along >= f32(edge.low) - 1.0 && along <= f32(edge.high) + 1.0 {
-            look_at(place, 0u);
+            add_candidate(place, 0u);
         }
     }
 }
 
-fn look_at(place: u32, level: u32) {
-    if looked_at == MOST {
+fn add_candidate(place: u32, level: u32) {
+    if used_count == MOST {
         return;
     }
-    looked_at += 1u;
+    used_count += 1u;
     for (var number = 0u; number < chosen_count; number++) {
         if chosen[number].place == place {
             return;
@@ -126,7 +127,7 @@ fn look_at(place: u32, level: u32) {
 
 fn basis(place: u32, level: u32) -> Basis {
     let sample = samples[place];
-    // A value that does not exist counts as 0.
+    // An undefined value counts as 0.
     let distance = squared_distance(pixel_at - sample.at);
     return Basis(sample.at, max(sample.value, 0.0), f32(level), distance, place);
 }
@@ -135,7 +136,7 @@ fn squared_distance(off: vec2<f32>) -> f32 {
     return (off.x * off.x + off.y * off.y) / (width * width);
 }
 
-// The variance scaling factor (Koa17 Eq. 6).
+// Variance scaling factor (Koa17 Eq. 6).
 fn variance() -> f32 {
     if !ADAPTIVE {
         return VARIANCE;
@@ -188,6 +189,6 @@ fn solve(a: Basis, b: Basis, c: Basis, scale: f32) -> f32 {
     let wb = (ac * bc - ab) * a.value + (1.0 - ac * ac) * b.value + (ab * ac - bc) * c.value;
     let wc = (ab * bc - ac) * a.value + (ab * ac - bc) * b.value + (1.0 - ab * ab) * c.value;
     let sum = wa * exp(-a.distance / scale) + wb * exp(-b.distance / scale) + wc * exp(-c.distance / scale);
-    // Between samples the Gaussians can fall below zero, which neither light nor its visible share does.
+    // Between samples the Gaussians can be negative, which neither irradiance nor a visible fraction is.
     return max(sum / determinant, 0.0);
 }

@@ -1,47 +1,49 @@
-// Compact radial basis functions with a linear term that know surfaces (halflight-cpu/src/upsample/robust.rs).
+// Robust upsampling by compact radial basis functions with a linear term, aware of surfaces, per pixel
+// (halflight-cpu/src/upsample/robust.rs).
 //
-// The CPU gathers the samples around a piece of a cell, the part in a tile of 8 × 8, and fits its pixels one by one. Here each
-// pixel walks around its piece by itself and adds up what it meets, in the same order.
+// The CPU collects the samples around a piece of a cell, its part in a tile of 8 × 8, and fits the piece's
+// pixels one by one. Here each pixel traverses the surroundings of its piece itself and sums up the samples,
+// in the same order.
 //@ needs shared/additional shared/tangent upsample/pixels
 //@ reads trusts
 
 // Radius of a sample's influence, in units of the spacing of samples in its cell.
 override RADIUS: f32 = 2.0;
-// Squared distance, in pixels, below which a nearer sample no longer counts for more.
+// Squared distance, in pixels, below which the weight of a sample stops growing.
 override SOFTNESS: f32 = 1.0;
-// Resistance of the fit's slope.
+// Regularisation of the fit's slope.
 override STIFFNESS: f32 = 0.1;
 
-// Samples that a pixel looks at.
+// Most samples that a pixel uses.
 const MOST: u32 = 192u;
 
-// The pixel and its piece.
+// Pixel and its piece.
 var<private> pixel_at: vec2<f32>;
 var<private> own: Tangent;
 var<private> piece: Rect;
 
 // Weighted sums of 1, x, y, v, x², xy, y², xv, yv relative to the pixel.
 var<private> sums: array<f32, 9>;
-// Bounds of the samples that took part, and of all.
+// Bounds of the samples that were used, and of all.
 var<private> low: f32;
 var<private> high: f32;
 var<private> lowest: f32;
 var<private> highest: f32;
-var<private> looked_at: u32;
+var<private> used_count: u32;
 
-// What is mixed where no near sample shares a surface: by agreement, and by likeness. Sum, weight, and bounds.
+// Averages where no near sample shares a surface: by agreement, and by likeness. Sum, weight, and bounds.
 var<private> agreeing: vec4<f32>;
 var<private> alike: vec4<f32>;
 
-// Where samples come from, and what is done with them.
+// Origin of samples, which decides their use.
 const OWN: u32 = 0u;
 const AROUND: u32 = 1u;
 const WIDE: u32 = 2u;
 
-// The value of a pixel that is one of its cell's additional samples; below 0 where it is not.
+// Value of a pixel that is one of its cell's additional samples; negative where it is not.
 fn exact_value(owner: Owner, pixel: u32) -> f32 {
-    for (var number = 0u; number < further_count(owner); number++) {
-        if further_place(owner, number) == pixel {
+    for (var number = 0u; number < additional_count(owner); number++) {
+        if additional_place(owner, number) == pixel {
             return samples[pixel].value;
         }
     }
@@ -64,11 +66,11 @@ fn value_at(at: vec2<u32>, owner: Owner) -> f32 {
     high = -3e38;
     lowest = 3e38;
     highest = -3e38;
-    looked_at = 0u;
+    used_count = 0u;
     visit(owner, OWN);
     walk_around(rect, 1u, AROUND);
-    if looked_at > 0u && lowest == highest {
-        // All samples around agree: every weighting gives the same.
+    if used_count > 0u && lowest == highest {
+        // All samples around agree: every weighting gives the same value.
         return lowest;
     }
     if sums[0] > 1e-20 {
@@ -77,13 +79,13 @@ fn value_at(at: vec2<u32>, owner: Owner) -> f32 {
     return averaged(owner, rect);
 }
 
-// The weighted least-squares plane through the samples, read at the pixel.
+// Weighted least-squares plane through the samples, evaluated at the pixel.
 fn solved() -> f32 {
     let scale = 1.0 / max(sums[0], 1e-20);
     let mx = sums[1] * scale;
     let my = sums[2] * scale;
     let mv = sums[3] * scale;
-    // Rounding can leave a spread below 0; the padding covers it.
+    // Rounding can make a spread negative; the padding covers it.
     let spread_x = sums[4] * scale - mx * mx;
     let spread_y = sums[6] * scale - my * my;
     let xy = sums[5] * scale - mx * my;
@@ -98,12 +100,13 @@ fn solved() -> f32 {
     return min(max(mv - gx * mx - gy * my, low), high);
 }
 
-// Of the samples in two wider rings those on the pixel's surface by distance, or else all by how well they fit.
+// Average over two wider rings: of the samples on the pixel's surface by distance, or else of all by the
+// match of their surfaces.
 fn averaged(owner: Owner, rect: Rect) -> f32 {
     let size = 1u << owner.level;
     agreeing = vec4(0.0, 0.0, 3e38, -3e38);
     alike = agreeing;
-    looked_at = 0u;
+    used_count = 0u;
     visit(owner, WIDE);
     walk_around(rect, 1u, WIDE);
     walk_around(rect, 2u + size, WIDE);
@@ -142,8 +145,8 @@ fn walk_around(rect: Rect, margin: u32, role: u32) {
     }
 }
 
-// One side of such a frame, in the order top, left, right, bottom: from, to, and in which row or column; NONE where it lies
-// outside the image.
+// Side of such a frame, in the order top, left, right, bottom: start, end, and the row or column; NONE where
+// it lies outside the image.
 fn side_of(rect: Rect, margin: u32, side: u32) -> vec3<u32> {
     let image = vec2(frame.width, frame.height);
     let near = rect.first - min(rect.first, vec2(margin));
@@ -167,7 +170,8 @@ fn touches(area: Rect, rect: Rect, margin: u32, side: u32) -> bool {
     return area.first.x <= line.z && line.z < area.last.x && area.first.y < line.y && line.x < area.last.y;
 }
 
-// Whether a cell touches a side that was walked along before, of this frame or, where several are, of a narrower one.
+// True if a cell touches a side that was visited before, of this frame or, if there are several, of a
+// narrower one.
 fn was_met(area: Rect, rect: Rect, margin: u32, side: u32, role: u32) -> bool {
     for (var earlier = 0u; earlier < side; earlier++) {
         if touches(area, rect, margin, earlier) {
@@ -188,7 +192,7 @@ fn was_met(area: Rect, rect: Rect, margin: u32, side: u32, role: u32) -> bool {
     return false;
 }
 
-// The size of the cell with this rectangle, which the image's border may have clipped.
+// Size of the cell with this rectangle, which the image's border may have clipped.
 fn whole(rect: Rect) -> u32 {
     return 1u << owners[rect.first.y * frame.width + rect.first.x];
 }
@@ -196,16 +200,16 @@ fn whole(rect: Rect) -> u32 {
 // Adds all samples of a cell.
 fn visit(owner: Owner, role: u32) {
     var count = 0u;
-    for (var number = 0u; number < further_count(owner); number++) {
-        count += u32(further_place(owner, number) != NONE);
+    for (var number = 0u; number < additional_count(owner); number++) {
+        count += u32(additional_place(owner, number) != NONE);
     }
-    // A cell with a sample of its own alone has them a cell apart, one with more half a cell.
+    // Spacing of samples: one cell where the cell has a single sample, half a cell where it has more.
     let size = f32(1u << owner.level);
     let reach = max(RADIUS, RADIUS * select(size, max(0.5 * size, 1.0), count > 0u));
     let place = owner_place(owner);
     add(place, reach, select(1.0, trusts[place], owner.level > 0u), role);
-    for (var number = 0u; number < further_count(owner); number++) {
-        let additional = further_place(owner, number);
+    for (var number = 0u; number < additional_count(owner); number++) {
+        let additional = additional_place(owner, number);
         if additional != NONE {
             add(additional, reach, 1.0, role);
         }
@@ -214,11 +218,11 @@ fn visit(owner: Owner, role: u32) {
 
 fn add(place: u32, reach: f32, trusted: f32, role: u32) {
     let sample = samples[place];
-    if sample.value < 0.0 || looked_at == MOST {
+    if sample.value < 0.0 || used_count == MOST {
         return;
     }
     if role == AROUND {
-        // From the nearest pixel centre of the piece.
+        // Distance to the nearest pixel centre of the piece.
         let before = vec2<f32>(piece.first) + 0.5 - sample.at;
         let after = sample.at - vec2<f32>(piece.last) + 0.5;
         let off = max(max(before, after), vec2(0.0));
@@ -226,7 +230,7 @@ fn add(place: u32, reach: f32, trusted: f32, role: u32) {
             return;
         }
     }
-    looked_at += 1u;
+    used_count += 1u;
     let other = tangent_at(sample.pixel);
     if role == WIDE {
         mix_in(sample, other, trusted);
@@ -264,7 +268,8 @@ fn mix_in(sample: Sample, other: Tangent, trusted: f32) {
     let d = sample.at - pixel_at;
     let near = d.x * d.x + d.y * d.y + 0.25;
     agreeing = mixed_with(agreeing, sample.value, trusted * agreement(own, other) / near);
-    // Where no surface fits, a mixture that may hold the pixel's own is better than a pure sample of another.
+    // Fit of a mixture: 1/2, since one that may contain the pixel's own surface is better than a pure sample
+    // of another.
     var fit = 0.5;
     if trusted >= 0.5 {
         fit = likeness(own, other);

@@ -1,4 +1,5 @@
-// How far the sample of a cell stands for one surface (halflight-cpu/src/upsample/nearby.rs). Cells of one level.
+// Computes the trust in a cell's sample, per cell of a level: the degree to which the cell lies on one
+// surface (halflight-cpu/src/upsample/nearby.rs).
 //@ needs shared/cells shared/query shared/tangent
 //@ reads samples
 //@ writes trusts

@@ -1,23 +1,23 @@
-// Masks of 64 neighbouring receivers by the triangles in the shaft between them and the light, which are gathered once for all.
-// An empty shaft proves that all of them see all of the light. Where there is no room for the triangles, receivers are left to
-// rays.
+// Shaft visibility, per workgroup of 64 neighbouring receivers: from their shaft to the light, whose
+// triangles are gathered once, to visibility masks. An empty shaft is a certificate that all receivers are
+// fully lit. If the triangles do not fit, the receivers are left to rays.
 //@ needs shared/query shared/sortable shared/tally visibility/horizon visibility/triangle
 //@ reads nodes queries
 //@ writes wanted visible spilled
 
-// The largest coordinate of the scene.
+// Largest absolute coordinate of the scene.
 override LARGEST: f32 = 1.0;
 
-// Triangles that receivers share at most: each costs a ray about a third of what a node of the BVH does.
+// Most triangles on the shared list: each costs a ray about a third of a BVH node.
 const LIST: u32 = 64u;
-// Nodes that are looked at in search of them at most.
+// Most nodes that are visited to find them.
 const QUEUE: u32 = 512u;
 
-// All segments between a box of receivers and the light, as in halflight-cpu/src/shaft/hull.rs: a box and, along each axis, the
-// planes that touch the box and the light's, x · first + y · second ≤ limit.
+// Convex hull of a box of receivers and the light, as in halflight-cpu/src/shaft/hull.rs: a box and, parallel
+// to each axis, the planes that touch the receivers' box and the light's, x · first + y · second ≤ limit.
 struct Hull {
     low: vec3<f32>,
-    // Bound on what rounding does to positions.
+    // Bound on the rounding errors of positions.
     slack: f32,
     high: vec3<f32>,
     receivers_low: vec3<f32>,
@@ -25,7 +25,7 @@ struct Hull {
     sides: array<vec3<f32>, 12>,
 }
 
-// The box around the receivers, in the order of `sortable`, the lower corner inverted.
+// Bounding box of the receivers, in the order of `sortable`, the lower corner inverted.
 var<workgroup> box_low: array<atomic<u32>, 3>;
 var<workgroup> box_high: array<atomic<u32>, 3>;
 var<workgroup> members: atomic<u32>;
@@ -34,7 +34,7 @@ var<workgroup> queue: array<u32, QUEUE>;
 var<workgroup> queued: atomic<u32>;
 var<workgroup> list: array<u32, LIST>;
 var<workgroup> listed: atomic<u32>;
-// The nodes at hand, and whether all triangles have found room.
+// Range of nodes to visit next, and 1 if all triangles have fit so far.
 var<workgroup> query_batch: vec3<u32>;
 var<workgroup> first_spilled: u32;
 
@@ -83,7 +83,7 @@ fn beam(here: Lane) {
     tally(here);
 }
 
-// Whether a query wants a sample that may add light; one that does not is answered at once.
+// True if a query wants a sample that may add light; other queries are answered at once.
 fn wants(query: u32) -> bool {
     if query == NONE {
         return false;
@@ -108,7 +108,7 @@ fn wants(query: u32) -> bool {
     return false;
 }
 
-// The mask of one receiver.
+// Computes the mask of one receiver.
 fn answer(query: u32, receiver: Receiver) {
     let count = atomicLoad(&listed);
     let asked = queries[query];
@@ -148,7 +148,7 @@ fn is_hidden(origin: vec3<f32>, end: vec3<f32>, count: u32) -> bool {
     return false;
 }
 
-// The hull of the receivers, and the root to look at.
+// Builds the hull of the receivers and starts at the root.
 fn start_gathering() {
     if atomicLoad(&members) == 0u || arrayLength(&nodes) < 5u {
         query_batch = vec3(0u, 0u, 1u);
@@ -195,7 +195,8 @@ fn make_hull(low: vec3<f32>, high: vec3<f32>) {
     }
 }
 
-// Both boxes lie behind the line through two like corners if its normal points away from both; else no plane.
+// The line through two corresponding corners supports both boxes if its normal points away from both; else
+// there is no plane.
 fn plane_through(p: vec2<f32>, q: vec2<f32>, upper: vec2<bool>, slack: f32) -> vec3<f32> {
     var across = vec2(q.y - p.y, p.x - q.x);
     let size = sqrt(across.x * across.x + across.y * across.y);
@@ -212,7 +213,7 @@ fn plane_through(p: vec2<f32>, q: vec2<f32>, upper: vec2<bool>, slack: f32) -> v
     return vec3(0.0, 0.0, 1e30);
 }
 
-// Whether a box reaches into the hull.
+// True if a box overlaps the hull.
 fn reaches(low: vec3<f32>, high: vec3<f32>) -> bool {
     if any(low > hull.high) || any(high < hull.low) {
         return false;
@@ -230,7 +231,8 @@ fn reaches(low: vec3<f32>, high: vec3<f32>) -> bool {
     return true;
 }
 
-// Whether a triangle may hide something: it reaches into the hull and parts some of the receivers from some of the light.
+// True if a triangle may hide the light: it overlaps the hull, and its plane separates some receivers from
+// some of the light.
 fn may_hide(triangle: u32) -> bool {
     let a = triangles[3u * triangle];
     let b = triangles[3u * triangle + 1u];
@@ -263,7 +265,7 @@ fn may_hide(triangle: u32) -> bool {
     return least <= error && most >= -error;
 }
 
-// Looks at the children of a node.
+// Visits the children of a node.
 fn visit(index: u32) {
     let node = 5u * index;
     let head = nodes[node];
@@ -277,7 +279,7 @@ fn visit(index: u32) {
         if kind == 0u {
             continue;
         }
-        // Lower bounds are in the first two words of an axis, upper ones in the others.
+        // Lower bounds are in the first two words of an axis, upper bounds in the others.
         let word = child / 4u;
         let x = nodes[node + 2u];
         let y = nodes[node + 3u];

@@ -1,10 +1,11 @@
-// Any-hit traversal of obvhs's compressed wide BVH (Ylitie et al. 2017).
+// Any-hit traversal of obvhs's compressed wide BVH (Ylitie et al. 2017), per ray.
 //
-// The fixed function of a visibility module is `occluded`: whether the open segment between two points meets a triangle.
+// The interface of a visibility module is `occluded`: true if the open segment between two points meets a
+// triangle.
 //@ needs visibility/triangle
 //@ reads nodes
 
-// Levels of the BVH at most; deeper ones are refused when a scene is uploaded.
+// Most levels of the BVH; deeper ones are refused when a scene is uploaded.
 const STACK: u32 = 32u;
 
 fn occluded(origin: vec3<f32>, end: vec3<f32>) -> bool {
@@ -12,12 +13,14 @@ fn occluded(origin: vec3<f32>, end: vec3<f32>) -> bool {
         return false;
     }
     let d = end - origin;
-    // No component is zero, so that nothing is infinite: boxes are padded by far more than this moves the end.
+    // No component is zero, so that no reciprocal is infinite: boxes are padded by far more than this moves
+    // the end.
     let steep = abs(d) < vec3(1e-30);
     let inverse = 1.0 / select(d, vec3(1e-30), steep);
-    // Which of a node's slots come first along the ray.
+    // Order of a node's slots along the ray.
     let octant = select(4u, 0u, d.x < 0.0) | select(2u, 0u, d.y < 0.0) | select(1u, 0u, d.z < 0.0);
-    // What waits: a first node and, from bit 24 on, those of its group that are left; below, which slots are nodes.
+    // Traversal stack: a first node and, from bit 24 on, the remaining nodes of its group; in the low bits,
+    // the slots that are nodes.
     var stack: array<vec2<u32>, STACK>;
     var waiting = 0u;
     var group = vec2(0u, 0x80000000u);
@@ -54,7 +57,7 @@ fn occluded(origin: vec3<f32>, end: vec3<f32>) -> bool {
     return false;
 }
 
-// Which children of a node a segment enters: from bit 24 on nodes, below triangles.
+// Mask of the children of a node that a segment enters: nodes from bit 24 on, triangles below.
 fn node_hits(
     node: u32,
     head: vec4<u32>,
@@ -74,7 +77,7 @@ fn node_hits(
         | half_hits(links.w, vec3(x.y, y.y, z.y), vec3(x.w, y.w, z.w), start, step, d, octant);
 }
 
-// The same for four of the eight.
+// Mask of four of the eight children that a segment enters.
 fn half_hits(
     kinds: u32,
     low: vec3<u32>,
@@ -96,7 +99,8 @@ fn half_hits(
     let enter = max(max(enter_x, enter_y), max(enter_z, vec4(0.0)));
     let leave = min(min(leave_x, leave_y), min(leave_z, vec4(1.0)));
     let inside = enter <= leave;
-    // Nodes have both bits 3 and 4 of their kind, triangles have not; a node's slot number is turned by the octant.
+    // Nodes have both bits 3 and 4 of their kind set, triangles have not; a node's slot is permuted by the
+    // octant.
     let is_node = ((kinds & (kinds << 1u)) & 0x10101010u) >> 4u;
     let places = (kinds ^ ((octant * 0x01010101u) & (is_node * 0xffu))) & 0x1f1f1f1fu;
     let counts = (kinds >> 5u) & 0x07070707u;

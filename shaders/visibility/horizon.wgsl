@@ -1,7 +1,8 @@
-// Which rays are worth it.
+// Horizon culling, per ray.
 //@ needs shared/light shared/receiver
 
-// Whether a sample lies above both horizons. Between the corners all of the light is above the receiver's if they are.
+// True if a sample lies above both horizons. If all corners of the light are above the receiver's horizon,
+// all of the light is.
 fn adds_light(receiver: Receiver, end: vec3<f32>) -> bool {
     let towards = facing(receiver.origin);
     if all(towards == vec3(0.0)) {

@@ -1,5 +1,6 @@
-// Answers queries: takes out what lies below a horizon and asks `is_hidden` for the rest. An invocation is a ray, and those of
-// one receiver are neighbours, so that they go through the same nodes.
+// Traces visibility masks, per ray: from wanted samples to visible ones; samples below a horizon are removed,
+// the others call `is_hidden`. Rays of one receiver are neighbouring invocations, so that they traverse the
+// same nodes.
 //@ needs shared/query shared/tally visibility/horizon
 //@ reads queries
 //@ writes wanted visible
@@ -21,7 +22,7 @@ fn masks(here: Lane) {
     let exists = query != NONE;
     let word = query * frame.pattern.words + index / 32u;
     let bit = 1u << (index & 31u);
-    // Lanes that fill one word together.
+    // Number of lanes that fill one word together.
     let chunk = min(stride, 32u);
     if exists && index < frame.pattern.count && (wanted[word] & bit) != 0u {
         let asked = queries[query];

@@ -1,28 +1,29 @@
-// 4D rasterization (Wang17 §3.1), as in halflight-cpu/src/raster4d: points are projected through all of the light at once.
+// 4D rasterization (Wang17 §3.1), as in halflight-cpu/src/raster4d: points are projected through all points
+// of the light at once.
 //
-// In the light's own coordinates a point has a place (u, v) over the light, whose corners are 0 and 1, and a height h above
-// its plane. The line through the point q of the light has the slope (u − q) / h, so over all of the light a point has an
-// interval of slopes, and with v a rectangle. What hides anything from a receiver has a rectangle that covers the
-// receiver's.
+// In the light's coordinate system a point has a position (u, v) over the light, whose corners are 0 and 1,
+// and a height h above its plane. The line through the point q of the light has the slope (u − q) / h. For
+// all of the light a point therefore has an interval of slopes, and with v a rectangle. A triangle that hides
+// some of the light from a receiver has a rectangle that covers the receiver's.
 
-// Cells a side of the finest framebuffer; each coarser one has half as many, down to a single one.
+// Cells per side of the finest framebuffer; each coarser one has half as many, down to a single cell.
 override FRAMEBUFFER: u32 = 128u;
 override LEVELS: u32 = 8u;
-// Cells of all levels.
+// Number of cells of all levels.
 override CELLS: u32 = 21845u;
-// Sides of the light that have framebuffers: 2 where any light is two-sided.
+// Number of sides of the light with framebuffers: 2 if any light is two-sided.
 override SIDES: u32 = 1u;
-// Triangles of the scene.
+// Number of triangles of the scene.
 override TRIANGLES: u32 = 0u;
 
-// Receivers that a workgroup answers, and triangles that it looks at.
+// Number of receivers and of triangles that a workgroup processes.
 const GROUP: u32 = 32u;
 const RUN: u32 = 512u;
 
-// Places in `bins`. Bounds of the slopes, four words a side of the light, the lower ones inverted; then how many tasks there
-// are. Then, for every cell of all levels, where its triangles end; for every finest cell where its receivers end, how many
-// triangles lie over it, and which of its tasks is the first. Then, for every query and every triangle, which cells it lies in;
-// then all queries and all triangles, cell by cell.
+// Layout of `bins`. First the bounds of the slopes, four words per side of the light, the lower ones
+// inverted; then the number of tasks. Then, for every cell of all levels, the end of its triangles. For every
+// finest cell: the end of its receivers, the number of triangles over it, and its first task. Then, for every
+// query and every triangle, the cells that contain it; then all queries and all triangles, cell by cell.
 const TASKS: u32 = 8u;
 const TRIANGLE_ENDS: u32 = 16u;
 
@@ -62,11 +63,11 @@ fn level_side(level: u32) -> u32 {
     return (FRAMEBUFFER + (1u << level) - 1u) >> level;
 }
 
-// How far beyond its corners a light is taken to reach, in edges: beyond all that rounding does to samples.
+// Margin in edges by which a light is extended: more than all rounding of samples.
 const MARGIN: f32 = 0.015625;
 const UNBOUNDED: f32 = 1e30;
 
-// A point in the light's coordinates, and what rounding does to these.
+// Point in the light's coordinate system, with bounds on its rounding errors.
 struct Local {
     at: vec2<f32>,
     height: f32,
@@ -86,7 +87,7 @@ fn local(point: vec3<f32>, side: u32) -> Local {
     let u = across_u / dot3(across_u, frame.light_u);
     let v = across_v / dot3(across_v, frame.light_v);
     let sign = select(1.0, -1.0, side == 1u);
-    // 2⁻²¹ of the products' sizes.
+    // 2⁻²¹ of the products' magnitudes.
     let size = abs(along) * 4.76837158203125e-7;
     return Local(
         vec2(dot3(along, u), dot3(along, v)),
@@ -96,7 +97,7 @@ fn local(point: vec3<f32>, side: u32) -> Local {
     );
 }
 
-// The slope of the line from a point of the light, and what it may be wrong by.
+// Slope of the line from a point of the light.
 fn slope(p: Local, q: f32) -> vec2<f32> {
     return (p.at - q) / p.height;
 }
@@ -106,24 +107,25 @@ fn slope_error(p: Local) -> vec2<f32> {
     return 1.0625 * (p.at_error + reach * (p.height_error / p.height + 4.76837158203125e-7)) / p.height;
 }
 
-// No sample is farther from the light's plane.
+// Upper bound on the distance of samples from the light's plane.
 fn thickness() -> f32 {
     let sizes = abs(frame.light_corner) + abs(frame.light_u) + abs(frame.light_v);
     return max(max(sizes.x, sizes.y), sizes.z) * 9.5367431640625e-7;
 }
 
-// Slopes of all sizes between -1 and 1, in lengths of the light's edges.
+// Slopes, in lengths of the light's edges, mapped to -1 … 1.
 fn squeezed(x: vec2<f32>) -> vec2<f32> {
     let size = x * vec2(sqrt(dot3(frame.light_u, frame.light_u)), sqrt(dot3(frame.light_v, frame.light_v)));
     return size / (1.0 + abs(size));
 }
 
-// Which side of the light a point lies on.
+// Side of the light on which a point lies.
 fn side_of(point: vec3<f32>) -> u32 {
     return select(0u, 1u, dot3(frame.light_cross, point - frame.light_corner) < 0.0);
 }
 
-// Whether a receiver's rectangle and place bound what hides it: it is not too near the light's plane.
+// True if a receiver's rectangle and position bound the triangles that hide the light from it: it is not too
+// near the light's plane.
 fn is_projected(p: Local) -> bool {
     let reach = max(abs(p.at.x), abs(p.at.y)) + 2.0;
     let aside = thickness() / p.height * reach;
@@ -131,13 +133,13 @@ fn is_projected(p: Local) -> bool {
     return p.height > 0.0 && aside + error < MARGIN * 0.25;
 }
 
-// A receiver's rectangle, rounded inwards.
+// Rectangle of a receiver, rounded inwards.
 fn receiver_rectangle(p: Local) -> Rectangle {
     let error = slope_error(p);
     return Rectangle(slope(p, 1.0 + MARGIN) + error, slope(p, -MARGIN) - error);
 }
 
-// The finest cell at squeezed slopes; what lies outside of the bounds belongs to the border.
+// Finest cell at mapped slopes; positions outside the bounds belong to the border cells.
 fn cell_at(place: vec2<f32>, bounds: Rectangle) -> vec2<u32> {
     let size = max(bounds.high - bounds.low, vec2(1e-6));
     let at = (place - bounds.low) / size * f32(FRAMEBUFFER);

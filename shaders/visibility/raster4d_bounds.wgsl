@@ -1,4 +1,4 @@
-// Bounds of the slopes on one side of the light, from what was counted.
+// Bounds of the slopes on one side of the light, from the reduction by raster4d_frame.wgsl.
 //@ needs shared/sortable visibility/raster4d
 //@ writes bins
 

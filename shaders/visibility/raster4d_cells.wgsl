@@ -1,13 +1,13 @@
-// The cells of a triangle in one word, so that what is counted is what is filled.
+// Cells of a triangle packed into one word, so that counting and filling use identical cells.
 //@ needs visibility/raster4d
 
-// The level, the first cell and, for both axes, whether there is a second.
+// Packs the level, the first cell and, for both axes, a bit for a second cell.
 fn packed_cells(level: u32, low: vec2<u32>, high: vec2<u32>) -> u32 {
     let wide = high - low;
     return level | (low.x << 4u) | (low.y << 14u) | (wide.x << 24u) | (wide.y << 25u);
 }
 
-// One of four, among those of all levels and sides; NONE where there is none.
+// Index of one of up to four cells, among those of all levels and sides; NONE where there is none.
 fn cell_at_corner(cells: u32, corner: u32, side: u32) -> u32 {
     let additional = vec2(corner & 1u, corner >> 1u);
     if cells == NONE || any(additional > vec2((cells >> 24u) & 1u, (cells >> 25u) & 1u)) {

@@ -1,4 +1,4 @@
-// Puts what has been counted where it belongs.
+// Fills the cells of 4D rasterization, per triangle or per query: from counted cells to sorted lists.
 //@ needs shared/query_batch visibility/raster4d visibility/raster4d_cells
 //@ writes bins
 

@@ -1,4 +1,5 @@
-// Bounds of the framebuffer: where receivers are projected to through the light's corner.
+// Reduces the bounds of the framebuffer, per pixel: from receivers projected through the light's corner to
+// their extremes.
 //@ needs shared/receiver shared/sortable visibility/raster4d
 //@ writes bins
 

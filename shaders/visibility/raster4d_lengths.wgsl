@@ -1,4 +1,4 @@
-// How many triangles lie over each of the finest cells, on all levels.
+// Counts the triangles over each of the finest cells on all levels, per cell.
 //@ needs visibility/raster4d
 //@ writes bins
 

@@ -1,4 +1,5 @@
-// Takes from the masks of a group of a cell's receivers what a run of the triangles over the cell hides: 32 samples each.
+// Removes hidden samples, per task: from a group of a cell's receivers, 32 samples each, and a run of the
+// triangles over the cell, to masks.
 //@ needs shared/light shared/query shared/receiver visibility/raster4d visibility/triangle
 //@ reads queries rectangles bins_read
 //@ writes seen
@@ -8,9 +9,9 @@ var<workgroup> keys: array<u32, GROUP>;
 var<workgroup> places: array<vec4<f32>, GROUP>;
 var<workgroup> left: array<u32, GROUP>;
 var<workgroup> hidden: array<atomic<u32>, GROUP>;
-// What covers this covers the rectangle of a receiver that has samples left.
+// Rectangle that is covered wherever the rectangle of a receiver with samples left is.
 var<workgroup> within: vec4<f32>;
-// Triangles that do, and their rectangles.
+// Triangles that cover it, and their rectangles.
 var<workgroup> list: array<u32, RUN>;
 var<workgroup> list_places: array<vec4<f32>, RUN>;
 var<workgroup> listed: atomic<u32>;
@@ -70,10 +71,10 @@ fn take_hidden(here: Lane) {
     }
 }
 
-// No rectangle of a triangle reaches as far.
+// Upper bound on the extent of triangles' rectangles.
 const MOST: f32 = 3e38;
 
-// Where a cell's part of a list begins.
+// Index at which a cell's part of a list begins.
 fn ends_before(ends: u32, cell: u32) -> u32 {
     if cell == 0u {
         return 0u;
@@ -81,7 +82,7 @@ fn ends_before(ends: u32, cell: u32) -> u32 {
     return bins_read[ends + cell - 1u];
 }
 
-// The last cell whose first task is not after this one.
+// Last cell whose first task is not after this one.
 fn cell_of(task: u32) -> u32 {
     var low = 0u;
     var high = finest_cells();
@@ -100,12 +101,13 @@ fn covers(other: vec4<f32>, place: vec4<f32>) -> bool {
     return all(other.xy <= place.xy) && all(place.zw <= other.zw);
 }
 
-// Lists the triangles of a run that may hide something: of all those over a cell, level by level.
+// Lists the triangles of a run that may hide the light: of all those over a cell, level by level.
 fn gather(lane: u32, cell: u32, run: u32) {
     let side = cell / (FRAMEBUFFER * FRAMEBUFFER);
     let at = vec2(cell % FRAMEBUFFER, (cell / FRAMEBUFFER) % FRAMEBUFFER);
     var level_first = side * CELLS;
-    // Numbers among the triangles over the cell: of this lane's next one, of the last of the run, and of a level's first.
+    // Indices among the triangles over the cell: of this lane's next one, of the end of the run, and of a
+    // level's first.
     var number = run * RUN + lane;
     let end = (run + 1u) * RUN;
     var before = 0u;

@@ -1,5 +1,5 @@
-// Counts receivers by cell and takes out the samples below their horizons. Those that are too near the light's plane are left to
-// rays; those behind the light are answered.
+// Counts receivers by cell and removes the samples below their horizons, per query. Receivers that are too
+// near the light's plane are left to rays; those behind the light are answered.
 //@ needs shared/query_batch shared/query shared/tally visibility/horizon visibility/raster4d_bounds
 //@ reads queries
 //@ writes wanted visible bins spilled
@@ -48,7 +48,7 @@ fn answer_nothing(query: u32) {
     }
 }
 
-// What is left is seen where no triangle says otherwise.
+// Removes the samples below the horizons; all others are visible until a triangle hides them.
 fn take_out(query: u32) {
     let receiver = receiver_at(queries[query].pixel);
     for (var word = 0u; word < frame.pattern.words; word++) {

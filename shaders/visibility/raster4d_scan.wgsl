@@ -1,12 +1,12 @@
-// Counts of cells become places: each cell's begins where the last one's ends. Filling the cells then moves each place on to the
-// cell's end.
+// Prefix sum over cells, in one workgroup: from counts to the start of each cell's list. Filling the cells
+// then advances each start to the cell's end.
 //@ needs shared/arguments shared/counters visibility/raster4d
 //@ writes bins
 
 // 0 for triangles, 1 for receivers, whose tasks are counted as well.
 override RECEIVERS: u32 = 0u;
 
-// Most tasks: more do not fit into a dispatch. Their receivers then count as lost.
+// Most tasks: more do not fit into a dispatch, and the receivers then count as overflow.
 const MOST: u32 = SIDE * SIDE;
 
 var<workgroup> sums: array<vec2<u32>, 256>;
@@ -58,8 +58,8 @@ fn added(sum: vec2<u32>, more: vec2<u32>) -> vec2<u32> {
     return vec2(sum.x + more.x, sum.y + min(more.y, MOST - sum.y));
 }
 
-// Workgroups that a finest cell with so many receivers takes: as many as there are groups of these, words of their masks and
-// runs of triangles over the cell.
+// Number of workgroups for a finest cell with so many receivers: groups of receivers, times words of their
+// masks, times runs of triangles over the cell.
 fn tasks(cell: u32, receivers: u32) -> u32 {
     if RECEIVERS == 0u {
         return 0u;

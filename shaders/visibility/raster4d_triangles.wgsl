@@ -1,5 +1,5 @@
-// Counts triangles by cell. A triangle lies in the at most four cells that its rectangle covers in the finest framebuffer where
-// it covers no more than two a side, so that there is room for all.
+// Counts triangles by cell, per triangle. A triangle lies in the cells that its rectangle covers in the
+// finest framebuffer in which these are at most two per side: at most four cells, which bounds the memory.
 //@ needs visibility/raster4d_bounds visibility/raster4d_cells
 //@ reads triangles
 //@ writes bins rectangles
@@ -30,7 +30,7 @@ fn count_triangles(here: Lane) {
 
 fn cells_under(rectangle: Rectangle, side: u32) -> u32 {
     let around = bounds(side);
-    // More than rounding moves a receiver's place by.
+    // More than the rounding error of a receiver's position.
     let low = cell_at(squeezed(rectangle.low) - 1e-6, around);
     let high = cell_at(squeezed(rectangle.high) + 1e-6, around);
     var level = 0u;
@@ -40,11 +40,11 @@ fn cells_under(rectangle: Rectangle, side: u32) -> u32 {
     return packed_cells(level, low >> vec2(level), high >> vec2(level));
 }
 
-// The rectangle around a triangle, rounded outwards; nothing where it lies behind the light.
+// Rectangle around a triangle, rounded outwards; empty where the triangle lies behind the light.
 fn triangle_rectangle(triangle: u32, side: u32) -> Rectangle {
     var low = vec2(UNBOUNDED);
     var high = vec2(-UNBOUNDED);
-    // Places of its corners and its greatest height.
+    // Bounds on the positions of its corners, and its greatest height.
     var least = vec2(UNBOUNDED);
     var most = vec2(-UNBOUNDED);
     var highest = -UNBOUNDED;
@@ -67,7 +67,8 @@ fn triangle_rectangle(triangle: u32, side: u32) -> Rectangle {
         return Rectangle(vec2(UNBOUNDED), vec2(-UNBOUNDED));
     }
     if is_near {
-        // At the light's plane slopes have no bounds, but for the side on which all of it lies beside the light.
+        // At the light's plane slopes are unbounded, except on a side where all of the triangle lies beside
+        // the light.
         let reach = max(highest, near);
         let right = (least - (1.0 + 2.0 * MARGIN)) / reach;
         let left = (most + 2.0 * MARGIN) / reach;

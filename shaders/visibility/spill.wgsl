@@ -1,4 +1,5 @@
-// Size of the dispatch of rays for queries that were left to them.
+// Computes indirect dispatch arguments, once per batch: for the rays of queries that another backend left to
+// them.
 //@ needs shared/arguments
 //@ writes spilled
 

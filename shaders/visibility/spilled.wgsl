@@ -1,4 +1,4 @@
-// Queries that another backend has left to rays are answered.
+// Queries that another backend left to rays, in place of the current batch.
 //@ writes spilled
 
 fn query_of(number: u32) -> u32 {

@@ -1,14 +1,15 @@
-// Whether a segment meets a triangle.
+// Ray–triangle test, per segment and triangle.
 //@ reads triangles
 
-// Relative error of a product of two vectors, with what was rounded before: 2⁻²¹, as on the CPU.
+// Relative error of a product of two vectors, with earlier rounding included: 2⁻²¹, as on the CPU.
 const PRODUCT_ERROR: f32 = 4.76837158203125e-7;
 
-// Whether the open segment from `origin` along `d` to `end` meets a closed triangle; one with an end of the segment in its
-// plane, or within rounding of it, is not met.
+// True if the open segment from `origin` along `d` to `end` meets a closed triangle. A triangle with an end
+// of the segment in its plane, or within the rounding error of it, is not met.
 //
-// The signs of (P + Q) × (Q − P) · d over the edges PQ tell on which side of each the segment passes. Neighbours have the
-// same edge the other way round, which turns the sign and changes no bit, so that nothing passes between them.
+// The signs of (P + Q) × (Q − P) · d over the edges PQ give the side on which the segment passes each.
+// Neighbouring triangles have the shared edge in opposite directions, which flips the sign and changes no
+// other bit: no segment passes between them.
 fn meets(triangle: u32, origin: vec3<f32>, end: vec3<f32>, d: vec3<f32>) -> bool {
     let first = triangles[3u * triangle];
     let second = triangles[3u * triangle + 1u];

@@ -1,17 +1,19 @@
-// Rays marched through voxels, as in halflight-cpu/src/voxel/march.rs.
+// Voxel marching, per ray: from a receiver and a position on the light to visibility
+// (halflight-cpu/src/voxel/march.rs).
 //@ needs shared/light shared/receiver visibility/voxel_space
 //@ reads grid
 
-// Samples of a ray; 0 for every voxel that it passes.
+// Samples per ray; 0 for every voxel that it passes.
 override STEPS: u32 = 16u;
 // Neighbouring slices before and behind a sample.
 override THICKNESS: u32 = 0u;
 
-// How far off surfaces rays start beside the bias, for the largest coordinate, as on the CPU.
+// Offset of ray origins from surfaces in addition to the bias, relative to the largest coordinate, as on the
+// CPU.
 const ROUNDING: f32 = 1.0 / 4194304.0;
 
-// Whether voxels hide the point at `at` in the unit square of the light from a receiver. Both ends of its rays are pushed off
-// their surfaces.
+// True if voxels hide the point at `at` in the unit square of the light from a receiver. Both ends of its
+// rays are offset from their surfaces.
 fn is_hidden(receiver: Receiver, at: vec2<f32>, end: vec3<f32>) -> bool {
     let range = depth_range(grid[NEAR], grid[FAR], grid[DEEPEST]);
     if range.x >= range.y {
@@ -21,7 +23,7 @@ fn is_hidden(receiver: Receiver, at: vec2<f32>, end: vec3<f32>) -> bool {
     let rounding = max(max(coordinates.x, coordinates.y), coordinates.z) * ROUNDING;
     let bias = BIAS * width_along(receiver.origin, receiver.normal, range) + rounding;
     let start = receiver.origin + receiver.normal * bias;
-    // A receiver close to the light's plane must not end up behind it.
+    // A receiver close to the light's plane must not end up behind the offset light.
     let height = dot3(frame.light_normal, receiver.origin - frame.light_corner);
     let clearance = min(bitcast<f32>(grid[LIGHTS + frame.light]), abs(height) * 0.5);
     let lift = select(clearance, -clearance, height < 0.0);
@@ -38,7 +40,7 @@ fn slice_at(depth: f32, range: vec2<f32>) -> f32 {
     return clamp((depth - range.x) * density(range), 0.0, f32(BITS - 1u));
 }
 
-// Whether any voxel of a texel is set between two slices, both included.
+// True if any voxel of a texel is set between two slices, both included.
 fn is_set(texel: u32, low: u32, high: u32) -> bool {
     let first = HEAD + texel * texel_words();
     var bits = 0u;
@@ -50,7 +52,7 @@ fn is_set(texel: u32, low: u32, high: u32) -> bool {
     return bits != 0u;
 }
 
-// Samples at equal distances, the first half a distance from the origin.
+// Tests samples at equal distances; the first is half a distance from the origin.
 fn step_through(origin: vec3<f32>, end: vec3<f32>, range: vec2<f32>) -> bool {
     let side = f32(RESOLUTION);
     for (var sample = 0u; sample < STEPS; sample++) {
@@ -69,7 +71,7 @@ fn step_through(origin: vec3<f32>, end: vec3<f32>, range: vec2<f32>) -> bool {
     return false;
 }
 
-// Every voxel on the way: 1 / depth is linear along the image.
+// Tests every voxel that the ray passes: 1 / depth is linear along the image.
 fn walk(origin: vec3<f32>, end: vec3<f32>, range: vec2<f32>) -> bool {
     let part = inside_part(origin, end, range);
     if part.x > part.y {
@@ -89,7 +91,7 @@ fn walk(origin: vec3<f32>, end: vec3<f32>, range: vec2<f32>) -> bool {
     var left = abs(last_texel - texel);
     var slice = u32(slice_at(a.z, range));
     loop {
-        // The part of the way after which the next border is crossed.
+        // Ray parameter at which the next border is crossed.
         let next = select(vec2(1e30), (border - start) / (goal - start), left > vec2(0));
         let along = min(min(next.x, next.y), 1.0);
         let following = u32(slice_at(1.0 / (inverse + along * change), range));
@@ -108,7 +110,8 @@ fn walk(origin: vec3<f32>, end: vec3<f32>, range: vec2<f32>) -> bool {
     return false;
 }
 
-// Where a ray enters the voxels and leaves them, as parts of its length; the second is less than the first where it does not.
+// Ray parameters at which a ray enters and leaves the grid; the second is less than the first where it misses
+// the grid.
 fn inside_part(origin: vec3<f32>, end: vec3<f32>, range: vec2<f32>) -> vec2<f32> {
     let side = f32(RESOLUTION);
     var first = array(

@@ -1,4 +1,5 @@
-// How far rays to a light end before its plane: a voxel's width, so that what it is mounted on does not stop them.
+// Computes the distance before a light's plane at which rays end, once per light: a voxel's width, so that
+// the light's mounting surface does not stop them.
 //@ needs visibility/voxel_space
 //@ writes voxels
 
@@ -23,7 +24,7 @@ fn find_clearance() {
     atomicStore(&voxels[LIGHTS + frame.light], bitcast<u32>(width * BIAS));
 }
 
-// Whether the voxels reach there, borders included.
+// True if a position lies in the grid, borders included.
 fn holds(p: vec3<f32>, range: vec2<f32>) -> bool {
     let widest = f32(RESOLUTION) * p.z;
     return p.z >= range.x && p.z <= range.y && p.x >= 0.0 && p.x <= widest && p.y >= 0.0 && p.y <= widest;

@@ -1,4 +1,4 @@
-// Size of the dispatch for large triangles.
+// Computes indirect dispatch arguments, once per frame: for large triangles.
 //@ needs shared/arguments visibility/voxel_size
 //@ writes large
 

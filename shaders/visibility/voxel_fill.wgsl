@@ -1,17 +1,18 @@
-// Triangles into voxels, conservatively, as in halflight-cpu/src/voxel/rasterize.rs: each is cut to the image's pyramid, and then
-// to every texel that it may touch. An invocation takes a small triangle; of a large one, a workgroup takes a band of rows, four
-// invocations each of them.
+// Conservative voxelization, per triangle: from triangles to voxels, as in
+// halflight-cpu/src/voxel/rasterize.rs. Each triangle is clipped to the view frustum, and then to every texel
+// that it may touch. One invocation processes a small triangle. For a large one, a workgroup processes a band
+// of rows, four invocations per row.
 //@ needs visibility/voxel_space
 //@ reads triangles
 //@ writes voxels large
 
-// 0 to fill small triangles and list large ones, 1 to fill these.
+// 0 to fill small triangles and list large ones, 1 to fill the large ones.
 override LARGE: u32 = 0u;
 
-// Texels a side of a small triangle at most.
+// Most texels per side of a small triangle.
 const SMALL: u32 = 8u;
 
-// Three corners, and one more for each plane that may cut one off.
+// Most corners of a clipped triangle: three, and one more for each plane that may cut one off.
 const CORNERS: u32 = 9u;
 
 // Least and greatest X / depth, Y / depth and depth of a part of a triangle.
@@ -34,7 +35,7 @@ fn fill(here: Lane) {
     if triangle >= TRIANGLES || range.x >= range.y {
         return;
     }
-    // First all of the image, to find the texels, then these one by one.
+    // The whole image first, to find the texels, then these one by one.
     var low = vec2(0.0);
     var high = vec2(f32(RESOLUTION));
     var first = vec2(0u);
@@ -73,13 +74,13 @@ fn fill(here: Lane) {
     }
 }
 
-// How far beyond its border a voxel reaches, in voxels: more than single precision moves a point that lies on one, so that no
-// voxel is missed that the CPU sets.
+// Margin of a voxel beyond its border, in voxels: more than the rounding error of a point on it, so that
+// every voxel that the CPU sets is set.
 fn slack() -> f32 {
     return f32(RESOLUTION) / 1048576.0;
 }
 
-// The part of a triangle between two depths and some columns and rows of the image.
+// Part of a triangle between two depths and some columns and rows of the image.
 fn cut(triangle: u32, low: vec2<f32>, high: vec2<f32>, range: vec2<f32>) -> Extent {
     var planes = array(
         vec4(0.0, 0.0, 1.0, -range.x),
@@ -103,7 +104,8 @@ fn cut(triangle: u32, low: vec2<f32>, high: vec2<f32>, range: vec2<f32>) -> Exte
         for (var corner = 0u; corner < count; corner++) {
             let after = corners[corner];
             let after_side = dot3(plane.xyz, after) + plane.w;
-            // Rounding can cut off more corners than planes allow; what is dropped then lies within rounding of its neighbours.
+            // Rounding can cut off more corners than there are planes; a dropped corner lies within rounding
+            // of its neighbours.
             if (before_side < 0.0) != (after_side < 0.0) && kept_count < CORNERS {
                 kept[kept_count] = before + (after - before) * (before_side / (before_side - after_side));
                 kept_count++;

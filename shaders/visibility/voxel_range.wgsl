@@ -1,9 +1,10 @@
-// Depths of receivers and triangles, between which the voxels will lie.
+// Reduces the depths of receivers and triangles, per pixel and per triangle corner: to the depth range of the
+// voxels.
 //@ needs shared/surface visibility/voxel_space
 //@ reads position triangles
 //@ writes voxels
 
-// Bits of infinity; those of what is negative or no number are more.
+// Bits of infinity; negative numbers and NaN have larger bits.
 const INFINITE: u32 = 0x7f800000u;
 
 var<workgroup> nearest: atomic<u32>;
@@ -14,7 +15,7 @@ var<workgroup> deepest: atomic<u32>;
 fn find_range(here: Lane) {
     let index = invocation(here);
     if index < frame.width * frame.height && is_receiver(index) {
-        // Floats that are neither negative nor infinite have the order of their bits.
+        // Floats that are neither negative nor infinite are ordered as their bits.
         let depth = bitcast<u32>(position[index].w);
         if depth < INFINITE {
             atomicMax(&nearest, ~depth);

@@ -1,12 +1,12 @@
-// Measures of the voxels.
+// Dimensions of the voxel grid.
 
-// Texels a side, slices, and what the origin of a ray is pushed off by, in voxels.
+// Texels per side, slices, and the offset of a ray's origin in voxels.
 override RESOLUTION: u32 = 128u;
 override BITS: u32 = 128u;
 override BIAS: f32 = 1.0;
-// Triangles of the scene.
+// Number of triangles of the scene.
 override TRIANGLES: u32 = 0u;
-// Words before the first voxel.
+// Number of words before the first voxel.
 override HEAD: u32 = 8u;
 
 // Rows of a band of a large triangle.

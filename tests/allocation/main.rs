@@ -1,6 +1,7 @@
-//! Alone in its program, since it counts what the whole program allocates.
+//! Allocations of frames: buffers are kept from frame to frame, and nothing is built that the configured
+//! stages do not use.
 //!
-//! Buffers are kept from frame to frame, and nothing is built that the chosen stages do not use.
+//! The test has a program of its own, since it counts all allocations of the process.
 
 #![allow(clippy::unwrap_used)]
 
@@ -14,7 +15,7 @@ use halflight::pattern::PatternKind;
 use halflight::refine::LatticeConfig;
 use halflight_tests::{Stage, blocker_over_floor};
 
-/// Counts bytes asked for in blocks that are no bookkeeping of a thread pool.
+/// Allocator that counts bytes in blocks too large for bookkeeping of a thread pool.
 struct Counting;
 
 /// Smaller blocks are job queues and channels of the thread pool, not buffers.
@@ -45,14 +46,15 @@ static ALLOCATOR: Counting = Counting;
 /// Held by each test while it counts.
 static ALONE: Mutex<()> = Mutex::new(());
 
-/// Frames until all buffers have their sizes. The third needs none, but for threads that had nothing to do so far: which they are
-/// depends on the clock.
+/// Most frames until all buffers have their final sizes. The third frame would suffice, except for threads
+/// that had no work so far: scheduling decides which these are.
 const WARM: usize = 20;
 
-/// Frames in a row that ask for nothing once they have.
+/// Number of consecutive frames that must not allocate.
 const STILL: usize = 3;
 
-/// Renders until buffers have their sizes and frames ask for none; returns the peak of bytes held.
+/// Renders until buffers have their final sizes and frames do not allocate; returns the peak of allocated
+/// bytes.
 fn render_warm(stage: &Stage, config: &PipelineConfig, what: &str) -> u64 {
     let mut pipeline = config.builder(&stage.prepared).build().unwrap();
     let (mut asked, mut still, mut peak_bytes) = (0, 0, 0);
@@ -75,7 +77,7 @@ fn a_warm_frame_allocates_no_buffer_and_holds_only_what_it_uses() {
     let mut held = Vec::new();
     for &name in RefinerConfig::NAMES {
         for upsampler in UpsamplerConfig::ALL {
-            // Spade's triangulation is built anew every frame: a library's structure, not ours to keep.
+            // Spade rebuilds its triangulation every frame and owns its memory.
             if upsampler == UpsamplerConfig::Delaunay {
                 continue;
             }
@@ -98,11 +100,12 @@ fn a_warm_frame_allocates_no_buffer_and_holds_only_what_it_uses() {
     let refiner = RefinerConfig::Lattice(LatticeConfig { target: 1e-4, ..LatticeConfig::default() });
     let config = PipelineConfig { width: 320, height: 240, refiner, ..PipelineConfig::default() };
     render_warm(&stage, &config, "an error target");
-    // The counter does count.
+    // Check of the counter itself.
     let before = LARGE_BYTES.load(Ordering::Relaxed);
     drop(vec![1u8; 2 * LARGE]);
     assert!(LARGE_BYTES.load(Ordering::Relaxed) >= before + 2 * LARGE);
-    // `full` has a mask a pixel and no pyramid; the refiners have a pyramid and fewer masks.
+    // The per-pixel refiner has a mask per pixel and no pyramid; the other refiners have a pyramid and fewer
+    // masks.
     let bytes = |name: &str| held.iter().find(|entry| entry.0 == name).unwrap().1;
     assert!(bytes("full") > 320 * 240 * 60 && bytes("sfvt-gass") < bytes("full"), "{held:?}");
 }

@@ -1,4 +1,4 @@
-//! Every visibility backend works with every refiner; the exact ones give the same image, bit for bit.
+//! Every visibility backend works with every refiner; the exact ones give identical images, bit for bit.
 
 use halflight::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
 use halflight::cpu::brute_force::BruteForce;
@@ -40,7 +40,8 @@ fn exact_backends_give_the_same_image() {
     }
 }
 
-/// The exact backends' masks of a few receivers of a scene against brute force; `cargo xtask exactness` compares many.
+/// Compares the exact backends' masks of a few receivers of a scene with brute force; `cargo xtask exactness`
+/// compares many.
 #[test]
 fn exact_backends_say_what_brute_force_says() {
     let (mut asked, mut seen) = (0, 0);
@@ -79,7 +80,7 @@ fn exact_backends_say_what_brute_force_says() {
             }
         }
     }
-    // Many are hidden and many are not, or little is compared.
+    // Both outcomes must be common, or the comparison has no power.
     assert!(asked > 400 && seen > asked / 10 && seen < asked - asked / 10, "{seen} of {asked}");
 }
 

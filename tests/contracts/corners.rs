@@ -1,5 +1,5 @@
-//! A refiner that puts its samples at cell corners, shared between cells: the seam must carry it, and every upsampler must
-//! take it.
+//! Refiner with samples at cell corners that cells share: the extension contract must support it, and so must
+//! every upsampler.
 
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ use halflight::refine::Full;
 use halflight::stages::{RefineOutput, Refiner, Visibility};
 use halflight_tests::{Stage, blocker_over_floor, nmse2};
 
-/// Cells of 4 × 4 pixels with a sample at each of their corners; cells beside the sky are single pixels.
+/// Refiner of 4 × 4 pixel cells with a sample at each corner; cells beside the background are single pixels.
 struct Corners;
 
 impl Refiner for Corners {
@@ -88,7 +88,8 @@ fn corner_samples_go_through_every_upsampler() {
             let image = pipeline.render().unwrap().clone();
             assert!(image.irradiance.iter().all(|v| v.is_finite()), "{upsampler:?}");
             let error = nmse2(&image, &reference);
-            // 4 × 4 cells blur the penumbra; the Gaussian RBFs were not made for corners and are only kept finite.
+            // Cells of 4 × 4 pixels blur the penumbra; the Gaussian RBFs are not designed for corners and
+            // must only stay finite.
             let faithful = matches!(upsampler, UpsamplerConfig::RbfFixed | UpsamplerConfig::RbfAdaptive);
             assert!(error < if faithful { 0.5 } else { 0.02 }, "{upsampler:?} {shading:?}: {error}");
             let fragments = pipeline.fragments();

@@ -1,5 +1,5 @@
-//! A backend that answers only regular grids: refused when the pipeline is built, or in the frame by an error when a
-//! refiner had not said what it would ask.
+//! Backend that supports only regular grids: refused when the pipeline is built, or by an error in the frame
+//! if a refiner did not announce its patterns.
 
 use halflight::bvh::BvhRays;
 use halflight::config::{Named, RefinerConfig};
@@ -51,7 +51,7 @@ fn patterns_are_refused_when_the_pipeline_is_built() {
     }
 }
 
-/// Asks for a pattern that it does not announce.
+/// Refiner with a pattern that it does not announce.
 struct Secretive;
 
 impl Refiner for Secretive {

@@ -1,4 +1,4 @@
-//! The three seams: outside stages, partial queries, shared samples, typed refusals, reused buffers.
+//! Extension contracts: external stages, partial queries, shared samples, typed refusals, reused buffers.
 
 #![allow(clippy::unwrap_used)]
 

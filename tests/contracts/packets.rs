@@ -1,4 +1,4 @@
-//! Packets answer exactly as rays traced one by one, on the bundled scenes, whatever part of a mask is asked for.
+//! Packets give the masks of rays traced one by one, on the bundled scenes, for any subset of wanted samples.
 
 use halflight::bvh::BvhRays;
 use halflight::frame::Frame;
@@ -11,7 +11,7 @@ use halflight::refine::Full;
 use halflight::stages::Visibility;
 use halflight_tests::Stage;
 
-/// Differing wanted bits and wanted bits of a batch answered by two backends.
+/// Number of differing wanted bits, and of all wanted bits, of a batch answered by two backends.
 fn differences(
     frame: &Frame,
     batch: &mut MaskBatch,
@@ -82,7 +82,7 @@ fn packets_equal_single_rays_on_three_scenes() {
     assert!(rays >= 1_000_000, "only {rays} rays");
 }
 
-/// Says the opposite for one sample of one query.
+/// Backend with one wrong sample in one query.
 struct Wrong(BvhRays);
 
 impl Visibility for Wrong {

@@ -63,7 +63,7 @@ fn refiner_and_upsampler_end_surfaces_at_the_same_limits() {
     assert!(found != by_hand(DiscontinuityLimits::default()), "the limits matter here");
 }
 
-/// Says that everything is lit, and proves it.
+/// Backend that certifies everything as fully lit.
 struct Bright;
 
 impl Visibility for Bright {
@@ -87,7 +87,7 @@ fn a_backend_from_outside_can_prove() {
     assert!(proofs.lit > 0 && proofs.umbra == 0 && proofs.bounded == 0, "{proofs:?}");
 }
 
-/// One cell over the whole image, and as many more as are asked for.
+/// Refiner with one cell over the whole image, and a number of additional ones.
 struct Cells(u32);
 
 impl Refiner for Cells {

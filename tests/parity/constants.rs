@@ -1,9 +1,9 @@
-//! Constants that are written down in Rust and in WGSL are equal.
+//! Constants that exist in Rust and in WGSL are equal.
 
 use std::fs;
 use std::path::Path;
 
-/// A constant in a shader, and the same one in Rust.
+/// Constant in a shader, and its counterpart in Rust.
 type Pair = ((&'static str, &'static str), (&'static str, &'static str));
 
 const TARGET: &str = "halflight-cpu/src/refine/target.rs";
@@ -39,7 +39,7 @@ const PAIRS: &[Pair] = &[
     (("shared/counters", "ENERGY"), (BUFFERS, "ENERGY")),
 ];
 
-/// Mean errors of classes of cells: those of `assumed` in the CPU's validation, in its order.
+/// Mean errors of classes of cells, in the order of `assumed` in the CPU's validation.
 const ASSUMED: [&str; 4] = ["AGREED", "CURVATURE", "STEP_AGREED", "STEP_MIXED"];
 
 fn text(path: &str) -> String {
@@ -47,7 +47,7 @@ fn text(path: &str) -> String {
     fs::read_to_string(root.join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-/// A number as either language writes it: `1_024u32`, `0.5`, `1.0 / 64.0`.
+/// Parses a number in the syntax of either language: `1_024u32`, `0.5`, `1.0 / 64.0`.
 fn number(text: &str) -> Option<f64> {
     if let Some((above, below)) = text.split_once('/') {
         return Some(number(above)? / number(below)?);
@@ -57,7 +57,7 @@ fn number(text: &str) -> Option<f64> {
     digits.unwrap_or(&text).parse().ok()
 }
 
-/// The value of `const NAME: type = value;` in a file.
+/// Value of `const NAME: type = value;` in a file.
 fn constant(path: &str, name: &str) -> f64 {
     let text = text(path);
     let line = text

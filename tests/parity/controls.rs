@@ -1,4 +1,4 @@
-//! What every comparison must notice: shaders that are wrong, one module at a time.
+//! Negative controls of the parity tests: each must notice shaders that are wrong, one module at a time.
 
 use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight::irradiance::Shading;
@@ -10,7 +10,8 @@ use crate::upsamplers::UPSAMPLERS;
 use crate::whole::nmse2;
 use crate::{gbuffers, masks, refiners, upsamplers};
 
-/// Checks that the right shaders pass, that what changes nothing passes too, and that wrong ones do not.
+/// Checks that the original shaders pass, that a change without effect passes too, and that wrong shaders
+/// fail.
 fn notices(
     bench: &Bench,
     scene: &'static str,
@@ -54,7 +55,7 @@ fn surfaces() {
         ["resolve", "faces[triangle].x);", "triangle);"],
     ];
     notices_in(&bench, twins, &config, check, &wrong);
-    // Leaves are seen from behind.
+    // Leaves are visible from behind.
     let twins = Twins::render(&bench, "tree", &config, false);
     notices_in(&bench, twins, &config, check, &[["resolve", "up = -up;", ""]]);
 }
@@ -81,7 +82,7 @@ fn shading() {
     let Some(bench) = Bench::open() else { return };
     let check = |twins: &Twins| {
         let off = nmse2(&bench.read::<[f32; 4]>(twins.gpu.image()), twins.cpu.image());
-        // As for whole frames.
+        // Threshold as for whole frames.
         if off < 1e-8 { Ok(()) } else { Err(off.to_string()) }
     };
     let ratio = [
@@ -145,11 +146,11 @@ fn the_lattice() {
     let wrong = [
         [
             "refine/discontinuities",
-            "if rises.above_a <= rises.limit &&",
-            "if rises.above_a <= 2.0 * rises.limit ||",
+            "if elevations.above_a <= elevations.limit &&",
+            "if elevations.above_a <= 2.0 * elevations.limit ||",
         ],
         ["refine/discontinuities_gather", "|= discontinuities[", "= discontinuities["],
-        ["refine/lattice_classify", "breaks_here == STEP &&", "breaks_here == SHADES &&"],
+        ["refine/lattice_classify", "strongest == STEP &&", "strongest == SHADES &&"],
         ["refine/lattice_request", "|| waits(corner);", ";"],
         ["refine/lattice_value", "let fraction = query_fraction(query);", "let fraction = 0.5;"],
         ["refine/lattice_split_test", "high - low <= frame.error", "high - low <= 2.0 * frame.error"],
@@ -157,7 +158,7 @@ fn the_lattice() {
     ];
     let check = |twins: &Twins| refiners::check_lattice(&bench, twins, Shading::Ratio);
     notices(&bench, "toys", &config, check, &wrong);
-    // With cells that are kept although their corners differ.
+    // Cells that are kept although their corners differ.
     let refiner = RefinerConfig::Lattice(LatticeConfig { error: 0.3, ..LatticeConfig::default() });
     let config = PipelineConfig { refiner, ..config };
     let wrong = [

@@ -1,4 +1,4 @@
-//! A device whose errors fail tests.
+//! GPU device whose errors fail tests.
 
 use std::sync::{Arc, Mutex};
 
@@ -8,14 +8,14 @@ use halflight::scene::Scene;
 use halflight_gpu::wgpu;
 use halflight_gpu::{Gpu, GpuError, GpuStats, Inputs, Renderer};
 
-/// A device, and what it complained of.
+/// Device, with the errors that it reported.
 pub(crate) struct Bench {
     pub(crate) gpu: Gpu,
     errors: Arc<Mutex<Vec<String>>>,
 }
 
 impl Bench {
-    /// A device; none where there is no adapter and none is required.
+    /// Opens a device; none if there is no adapter and none is required.
     pub(crate) fn open() -> Option<Self> {
         match Gpu::find() {
             Ok(gpu) => Some(Self::of(gpu)),
@@ -31,7 +31,7 @@ impl Bench {
         }
     }
 
-    /// Another device of the same adapter, with no more than these limits.
+    /// Opens another device of the same adapter, with these limits.
     pub(crate) fn limited(&self, required_limits: wgpu::Limits) -> Self {
         let adapter = self.gpu.adapter.clone();
         let descriptor = wgpu::DeviceDescriptor { required_limits, ..wgpu::DeviceDescriptor::default() };
@@ -61,14 +61,14 @@ impl Bench {
         stats
     }
 
-    /// What a buffer holds.
+    /// Content of a buffer.
     pub(crate) fn read<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer) -> Vec<T> {
         let read = self.gpu.read(buffer).unwrap();
         self.check();
         read
     }
 
-    /// Puts the CPU's G-buffer in the place of the GPU's.
+    /// Replaces the GPU's G-buffer by the CPU's.
     pub(crate) fn keep(&self, renderer: &Renderer, gbuffer: &GBuffer) {
         let pixels = 0..gbuffer.pixels();
         let position: Vec<[f32; 4]> = pixels
@@ -88,7 +88,7 @@ impl Bench {
         self.gpu.queue.write_buffer(renderer.normal(), 0, bytemuck::cast_slice(&normal));
     }
 
-    /// Fails where the device has complained.
+    /// Fails if the device has reported an error.
     pub(crate) fn check(&self) {
         let errors = self.errors.lock().unwrap();
         assert!(errors.is_empty(), "{}", errors.join("\n"));

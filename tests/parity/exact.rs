@@ -1,4 +1,4 @@
-//! Backends that find triangles in other ways than rays: beams and 4D rasterization.
+//! Parity of backends that find occluders otherwise than by rays: beams and 4D rasterization.
 
 use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 use halflight::frame::LightSampling;
@@ -27,7 +27,7 @@ fn beams() -> PipelineConfig {
     with(VisibilityConfig::Beam, PatternKind::Jittered)
 }
 
-/// A framebuffer whose halves are not whole, for samples in rows.
+/// Configuration whose framebuffer has odd halves, for samples in rows.
 fn raster4d() -> PipelineConfig {
     let config = Raster4dConfig { framebuffer: 50, ..Raster4dConfig::default() };
     with(VisibilityConfig::Raster4d(config), PatternKind::ShiftedRows)
@@ -55,7 +55,7 @@ fn stress() -> Scene {
     Scene { mesh: Arc::new(quads(&list)), lights, ..scene }
 }
 
-/// Queries that were left to rays.
+/// Number of queries that were left to rays.
 fn spilled(bench: &Bench, gpu: &Renderer) -> usize {
     bench.read::<u32>(gpu.inside(Inside::Spilled))[0] as usize
 }
@@ -68,15 +68,15 @@ fn masks_are_those_of_the_cpu() {
         for scene in SCENES {
             let twins = Twins::render(&bench, scene, &config, true);
             let (flips, rays) = compare(&bench, &twins).unwrap();
-            // As for rays: few pass an edge within rounding of it.
+            // Threshold as for rays: few pass within the rounding error of an edge.
             assert!(rays > 50_000 && flips * 50_000 <= rays, "{name} {scene}: {flips} of {rays}");
             let (all, left) = (twins.cpu.fragments().batch(0).len(), spilled(&bench, &twins.gpu));
-            // Both ways of answering are compared: some shafts are full, others are not.
+            // Both paths are compared: some shafts overflow, others do not.
             assert!(left < all && (left > 0 || name == "raster4d"), "{name} {scene}: {left} of {all}");
         }
         let twins = Twins::of(&bench, Stage::new(stress()).unwrap(), &config, true);
         let (flips, rays) = compare(&bench, &twins).unwrap();
-        // Quads that cross the light and each other have more edges in a ray's way than the bundled scenes do.
+        // Quads that cross the light and each other put more edges in a ray's way than the bundled scenes do.
         assert!(rays > 10_000 && flips * 10_000 <= rays, "{name}: {flips} of {rays}");
     }
 }
@@ -85,7 +85,7 @@ fn masks_are_those_of_the_cpu() {
 fn receivers_at_the_plane_of_the_light_go_to_rays() {
     let Some(bench) = Bench::open() else { return };
     let mut scene = blocker_over_floor();
-    // Just above the floor, with a wall beside it, both of whose sides it lights.
+    // Light just above the floor, with a wall beside it that both sides of the light illuminate.
     scene.lights[0].corner.y = 0.003;
     scene.lights[0].two_sided = true;
     let floor = (Vec3::new(-8.0, 0.0, -8.0), Vec3::X * 16.0, Vec3::Z * 16.0);
@@ -106,7 +106,7 @@ fn what_is_dropped_is_found() {
     for config in [beams(), raster4d()] {
         let mut twins = Twins::of(&bench, Stage::new(stress()).unwrap(), &config, true);
         assert!(compare(&bench, &twins).is_ok());
-        // Every twentieth triangle is lost.
+        // Every twentieth triangle is dropped.
         let mut lossy = stress();
         let mesh = Arc::make_mut(&mut lossy.mesh);
         let kept: Vec<usize> = (0..mesh.triangles.len()).filter(|triangle| triangle % 20 != 7).collect();
@@ -158,7 +158,7 @@ fn refiners_ask_all_backends_alike() {
             };
             let [(expected, rays), (other, others)] = [VisibilityConfig::Bvh, config.visibility].map(image);
             let pixels = expected.iter().zip(&other).filter(|(a, b)| a != b).count();
-            // The triangle test is the same; what rounding decides in the search for triangles changes single samples.
+            // The triangle test is identical; rounding in the search for triangles changes single samples.
             let name = config.visibility.name();
             assert!(pixels * 200 <= expected.len(), "{refiner:?} {name}: {pixels}");
             assert!(rays.abs_diff(others) * 200 <= rays, "{refiner:?} {name}: {others} for {rays}");
@@ -185,12 +185,12 @@ fn what_raster4d_cannot_do_is_refused() {
         bench.renderer(&blocker_over_floor(), &config).unwrap_err()
     };
     let usual = Raster4dConfig::default();
-    // As on the CPU.
+    // Refusals as on the CPU.
     let jittered = refusal(usual, PatternKind::Jittered);
     assert!(matches!(jittered, GpuError::Pipeline(PipelineError::Unsupported(_))), "{jittered}");
     let empty = refusal(Raster4dConfig { framebuffer: 0, ..usual }, PatternKind::Grid);
     assert!(matches!(empty, GpuError::Pipeline(PipelineError::Raster4d(_))), "{empty}");
-    // One workgroup counts all cells, and a word has ten bits for a cell's column.
+    // One workgroup scans all cells, and a word has ten bits for a cell's column.
     let large = refusal(Raster4dConfig { framebuffer: 1025, ..usual }, PatternKind::Grid);
     assert!(matches!(large, GpuError::TooLarge { needed: 1025, .. }), "{large}");
     let parts = refusal(Raster4dConfig { one_cell: false, ..usual }, PatternKind::Grid);

@@ -1,4 +1,4 @@
-//! What goes wrong while frames are rendered: lists that overflow, and devices that are lost.
+//! Faults while frames are rendered: lists that overflow, and devices that are lost.
 
 use std::sync::mpsc;
 
@@ -13,7 +13,7 @@ use halflight_tests::blocker_over_floor;
 use crate::device::Bench;
 use crate::scenes::{bundled, full};
 
-/// A renderer whose lists of queries end early: at this share of their room.
+/// Renderer whose query lists have a fraction of their capacity.
 fn cramped(bench: &Bench, config: &PipelineConfig, share: u32, modules: &[&'static str]) -> Renderer {
     let texts: Vec<String> = modules
         .iter()
@@ -28,7 +28,7 @@ fn cramped(bench: &Bench, config: &PipelineConfig, share: u32, modules: &[&'stat
     Renderer::with_modules(device, queue, &bundled("toys").scene, config, &modules).unwrap()
 }
 
-/// Renders with queries that nobody has written marked; returns the statistics, the image and how many are left.
+/// Renders with unwritten queries marked; returns the statistics, the image and the number of marks left.
 fn overflow(bench: &Bench, gpu: &mut Renderer) -> (GpuStats, Vec<[f32; 4]>, usize) {
     let queries = gpu.inside(Inside::Queries);
     bench.gpu.queue.write_buffer(queries, 0, &vec![0xab; queries.size() as usize]);
@@ -50,7 +50,7 @@ fn queries_without_room_are_counted_and_others_are_as_they_were() {
         overflow(&bench, &mut cramped(&bench, &config, 8, &["refine/full", "indirect_arguments"]));
     assert_eq!(stats.lost, all - 64 * 48 / 8);
     assert_eq!(left, 64 * 48 * 7 / 8);
-    // A pixel has its value or none.
+    // Pixels have their value or none.
     let mut dark = 0;
     for (found, expected) in image.iter().zip(&expected) {
         let missing = *found == [0.0, 0.0, 0.0, 1.0];
@@ -85,9 +85,9 @@ fn refiners_survive_lists_that_overflow() {
         assert!(stats.lost > 0, "{refiner:?}");
         let room = plain.inside(Inside::Queries).size() as usize / 16;
         assert!(left >= room - room / 50, "{refiner:?}: {left} of {room}");
-        // Neither what is not finite nor light from nowhere.
+        // Values must be finite, and no pixel may be brighter than possible.
         assert!(image.iter().flatten().all(|&value| (0.0..=1.5 * brightest.max(1.0)).contains(&value)));
-        // The device goes on.
+        // The device keeps working.
         bench.render(&mut plain, &Inputs::default());
         assert!(bench.read::<[f32; 4]>(plain.image()) == expected, "{refiner:?}");
     }
@@ -124,7 +124,7 @@ fn lost_device(bench: &Bench, config: &PipelineConfig) {
     let scene = blocker_over_floor();
     let mut gpu = bench.renderer(&scene, config).unwrap();
     bench.render(&mut gpu, &Inputs::default());
-    // A frame that is recorded before and submitted after.
+    // Frame that is recorded before the loss and submitted after.
     let Gpu { device, queue, .. } = &bench.gpu;
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     gpu.record(&mut encoder, &Inputs::default()).unwrap();
@@ -135,7 +135,7 @@ fn lost_device(bench: &Bench, config: &PipelineConfig) {
     pending.read(move |stats| send.send(stats).unwrap());
     let _ = device.poll(wgpu::PollType::wait_indefinitely());
     assert!(matches!(receive.try_recv().unwrap(), Err(GpuError::Readback(_))));
-    // One that is recorded after.
+    // Frame that is recorded after the loss.
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     assert!(matches!(gpu.record(&mut encoder, &Inputs::default()), Err(GpuError::Memory(_))));
     let pending = gpu.read_stats(&mut encoder);
@@ -146,7 +146,7 @@ fn lost_device(bench: &Bench, config: &PipelineConfig) {
     assert!(matches!(bench.gpu.render(&mut gpu, &Inputs::default()), Err(GpuError::Memory(_))));
     assert!(matches!(bench.gpu.read::<u32>(gpu.image()), Err(GpuError::Readback(_))));
     assert!(bench.gpu.download(&gpu).is_err());
-    // Buffers of another size may come into being or not.
+    // Buffers of another size may be created or not.
     let _ = gpu.resize(20, 10);
     assert!(bench.gpu.render(&mut gpu, &Inputs::default()).is_err());
     assert!(matches!(bench.renderer(&scene, config), Err(GpuError::Memory(_))));

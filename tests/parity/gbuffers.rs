@@ -1,4 +1,4 @@
-//! What pixels see.
+//! Parity of G-buffers.
 
 use halflight::gbuffer::NO_PRIMITIVE;
 use halflight::glam::{Vec2, Vec3};
@@ -10,7 +10,8 @@ use std::sync::Arc;
 use crate::device::Bench;
 use crate::scenes::{SCENES, Twins, full};
 
-/// Compares a rasterized G-buffer; returns how many pixels see another triangle, or how one of the others is off.
+/// Compares a rasterized G-buffer; returns the number of pixels with another triangle, or the fault of one of
+/// the others.
 pub(crate) fn compare(bench: &Bench, twins: &Twins) -> Result<usize, String> {
     let gbuffer = twins.cpu.gbuffer();
     let position: Vec<[f32; 4]> = bench.read(twins.gpu.position());
@@ -31,8 +32,8 @@ pub(crate) fn compare(bench: &Bench, twins: &Twins) -> Result<usize, String> {
             assert!(depth < 0.0 && !gbuffer.is_receiver(pixel));
             continue;
         }
-        // Corners are mixed by quotients of products that cancel where a triangle is small in the view or seen at a
-        // glancing angle: a hundred units in the last place of the scene's size.
+        // Hits are interpolated by quotients of products that cancel where a triangle is small in the view or
+        // seen at a glancing angle: a hundred units in the last place of the scene's size.
         let slack = twins.stage.bvh.diagonal() * 100.0 / (1 << 24) as f32;
         let off = (Vec3::new(x, y, z) - gbuffer.position[pixel]).length();
         let deep = (depth - gbuffer.depth[pixel]).abs();
@@ -50,8 +51,8 @@ fn pixels_see_the_same_triangles() {
     for scene in SCENES {
         let twins = Twins::render(&bench, scene, &full(160, 120, Shading::Ratio), false);
         let others = compare(&bench, &twins).unwrap_or_else(|off| panic!("{scene}: {off}"));
-        // Rasterization rounds corners to 1/256 of a pixel: pixel centres that lie as near to an outline see the other side
-        // of it. Every pixel but few is farther from all outlines.
+        // Rasterization rounds corners to 1/256 of a pixel: pixel centres that are as near to an outline may
+        // see its other side. Almost all pixels are farther from all outlines.
         assert!(others * 200 < 160 * 120, "{scene}: {others}");
     }
 }
@@ -84,7 +85,7 @@ fn textures_are_decoded_and_placed_alike() {
     assert!(albedo_off(&bench, &twins) > 0.1);
 }
 
-/// By how much albedos differ where both sides see the same triangle.
+/// Largest difference of albedos where both sides see one triangle.
 fn albedo_off(bench: &Bench, twins: &Twins) -> f32 {
     let found: Vec<[f32; 4]> = bench.read(twins.gpu.albedo());
     let normal: Vec<[u32; 4]> = bench.read(twins.gpu.normal());

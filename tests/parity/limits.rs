@@ -1,4 +1,4 @@
-//! Devices that allow little: what they can do is the same, and what they cannot is refused by an error that names the limit.
+//! Devices with low limits: identical results where these suffice, otherwise an error that names the limit.
 
 use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight::irradiance::Shading;
@@ -12,7 +12,7 @@ use crate::scenes::{Twins, bundled, full};
 use crate::upsamplers::UPSAMPLERS;
 use crate::{masks, refiners, upsamplers};
 
-/// What software and small devices give, with the storage buffers that WebGPU wants.
+/// Limits of software and small devices, with the storage buffers that WebGPU guarantees.
 fn small() -> Limits {
     Limits {
         max_storage_buffers_per_shader_stage: 8,
@@ -61,7 +61,7 @@ fn small_devices_render_the_same() {
     upsamplers::check(&bench, &twins, &config(lattice), 1e-4).unwrap();
 }
 
-/// What is refused, in which unit, and by which limit.
+/// Number and unit of a refused resource, and the limit.
 fn refused(error: GpuError) -> (&'static str, u64) {
     let text = error.to_string();
     let GpuError::TooLarge { needed, unit, limit, .. } = error else { panic!("{error:?}") };
@@ -84,7 +84,7 @@ fn what_a_device_cannot_bind_or_run_is_refused() {
         assert_eq!(refused(refusal(few, refiner)), ("storage buffers a stage", 4));
         let none = Limits::downlevel_webgl2_defaults();
         assert_eq!(refused(refusal(none, refiner)), ("workgroups along a side", 0));
-        // The compiler's message names these.
+        // The limits named by the compiler's message.
         let narrow = Limits { max_compute_invocations_per_workgroup: 32, ..small() };
         let error = refusal(narrow, refiner);
         assert!(matches!(error, GpuError::Shader { .. }) && error.to_string().contains("32"), "{error}");
@@ -109,7 +109,7 @@ fn what_does_not_fit_is_refused_and_never_cut_off() {
         assert_eq!(refused(gpu.resize(257, 256).unwrap_err()), ("bytes", MIB));
         let larger = PipelineConfig { width: 257, ..config };
         assert_eq!(refused(bench.renderer(&scene, &larger).unwrap_err()), ("bytes", MIB));
-        // It goes on as it was.
+        // The renderer keeps working.
         bench.render(&mut gpu, &Inputs::default());
         let image: Vec<[f32; 4]> = bench.read(gpu.image());
         assert!(image.len() == 256 * 256 && image.iter().any(|pixel| pixel[0] > 0.0));

@@ -1,7 +1,7 @@
-//! The GPU against the CPU, which defines what is correct.
+//! Parity of the GPU with the CPU, the reference implementation.
 //!
-//! Without a graphics adapter each test says that it was skipped; with `HALFLIGHT_REQUIRE_GPU=1` that is a failure. An error
-//! that wgpu reports fails the test that caused it.
+//! Without a graphics adapter each test reports that it was skipped; with `HALFLIGHT_REQUIRE_GPU=1` that is a
+//! failure. An error that wgpu reports fails the test that caused it.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 

@@ -36,8 +36,9 @@ pub(crate) fn halves(words: &[u64]) -> Vec<u32> {
     words.iter().flat_map(|&word| [word as u32, (word >> 32) as u32]).collect()
 }
 
-/// Compares all masks of a frame in which every pixel asks: keys and wanted samples must be equal, and samples that one
-/// side sees and the other does not must be decided by rounding. Returns how many these were, of how many.
+/// Compares all masks of a frame in which every pixel has a query: keys and wanted samples must be equal, and
+/// samples whose visibility differs must be within the rounding error. Returns the number of differing
+/// samples, and of all.
 pub(crate) fn compare(bench: &Bench, twins: &Twins) -> Result<(usize, usize), String> {
     let fragments = twins.cpu.fragments();
     let batch = fragments.batch(0);
@@ -65,8 +66,8 @@ pub(crate) fn compare(bench: &Bench, twins: &Twins) -> Result<(usize, usize), St
             if bit(visible) != bit(&expected) {
                 flips += 1;
                 let end = light.point(batch.pattern().position(sample, query.key));
-                // Products of three lengths are wrong by a few units in the last place of the largest: distances by a
-                // few 2⁻²⁴ of the scene's size, 16 of them allowed.
+                // Products of three lengths have an error of a few units in the last place of the largest:
+                // distances of a few 2⁻²⁴ of the scene's size, 16 of them allowed.
                 let slack = f64::from(twins.stage.bvh.diagonal()) * 16.0 / f64::from(1 << 24);
                 let clear = clearance(&twins.stage.scene.mesh, query.origin, end);
                 if clear >= slack {
@@ -84,7 +85,7 @@ fn rays_are_decided_as_on_the_cpu() {
     for scene in SCENES {
         let twins = Twins::render(&bench, scene, &full(80, 60, Shading::Ratio), true);
         let (flips, rays) = compare(&bench, &twins).unwrap();
-        // Fewer than one ray in a hundred thousand passes an edge within rounding of it.
+        // Fewer than one ray in a hundred thousand passes within the rounding error of an edge.
         assert!(rays > 100_000 && flips * 100_000 <= rays, "{scene}: {flips} of {rays}");
     }
 }
@@ -108,13 +109,13 @@ fn patterns_of_all_kinds_and_sizes_have_the_same_samples() {
             let config = PipelineConfig { sampling, seed: 5, ..full(33, 17, Shading::Ratio) };
             let twins = Twins::of(&bench, stage.clone(), &config, true);
             let (flips, rays) = compare(&bench, &twins).unwrap();
-            // Samples of grids lie in line with edges of the blocker; rounding decides no more than a few of these.
+            // Samples of grids are aligned with edges of the blocker; rounding decides only a few of these.
             assert!(rays > 0 && flips * 10_000 <= rays, "{kind:?} {count}: {flips} of {rays}");
         }
     }
 }
 
-/// A wrong shader, by its effect: whether the comparison takes it.
+/// True if the comparison accepts a shader with an alteration.
 fn accepts(bench: &Bench, altered: [&str; 3]) -> bool {
     let mut twins = Twins::render(bench, "atrium", &full(80, 60, Shading::Ratio), true);
     twins.alter(bench, &full(80, 60, Shading::Ratio), altered);

@@ -1,4 +1,4 @@
-//! Visibility backends from outside.
+//! External visibility backends.
 
 use halflight::config::{PipelineConfig, RefinerConfig};
 use halflight::irradiance::Shading;
@@ -10,7 +10,7 @@ use crate::device::Bench;
 use crate::masks::{compare, gpu_masks};
 use crate::scenes::{Twins, bundled, full};
 
-/// All triangles, one after another.
+/// Module that tests all triangles, one after another.
 const BRUTE_FORCE: &str = "
 //@ needs visibility/triangle
 fn occluded(origin: vec3<f32>, end: vec3<f32>) -> bool {
@@ -23,7 +23,7 @@ fn occluded(origin: vec3<f32>, end: vec3<f32>) -> bool {
 }
 ";
 
-/// The blocker of `blocker_over_floor`, without any buffer; the floor hides nothing.
+/// Module for the blocker of `blocker_over_floor`, without any buffer; the floor hides nothing.
 const BLOCKER: &str = "
 fn occluded(origin: vec3<f32>, end: vec3<f32>) -> bool {
     if origin.y >= 1.0 || end.y <= 1.0 {
@@ -39,7 +39,7 @@ fn renderer(bench: &Bench, stage: &Stage, config: &PipelineConfig, text: &str) -
     Renderer::with_visibility(device, queue, &stage.scene, config, text)
 }
 
-/// Twins whose GPU asks a module.
+/// Twins whose GPU uses a module.
 fn twins(bench: &Bench, stage: &Stage, text: &str) -> Twins {
     let config = full(64, 48, Shading::Ratio);
     let mut twins = Twins::of(bench, stage.clone(), &config, true);
@@ -64,7 +64,7 @@ fn the_same_module_gives_the_same_masks() {
         twins.render_gpu(&bench);
         assert!(masks(&twins.gpu) == expected && expected.len() > 500, "{refiner:?}");
         assert!(bench.read::<[u32; 4]>(twins.gpu.image()) == image, "{refiner:?}");
-        // Light through everything.
+        // Module without any occluder.
         let open = "fn occluded(origin: vec3<f32>, end: vec3<f32>) -> bool { return false; }";
         twins.gpu = renderer(&bench, &stage, &config, open).unwrap();
         twins.render_gpu(&bench);
@@ -78,10 +78,10 @@ fn other_modules_are_compared_with_the_cpu() {
     let stage = Stage::new(blocker_over_floor()).unwrap();
     for text in [BRUTE_FORCE, BLOCKER] {
         let (flips, rays) = compare(&bench, &twins(&bench, &stage, text)).unwrap();
-        // Samples lie in line with edges of the blocker; rounding decides no more than a few of these.
+        // Samples are aligned with edges of the blocker; rounding decides only a few of these.
         assert!(rays > 10_000 && flips * 10_000 <= rays, "{flips} of {rays}: {text}");
     }
-    // A blocker that is a centimetre too small, and one that never ends a ray.
+    // Blocker that is a centimetre too small, and one that never ends a ray.
     for (right, wrong) in [("abs(at.x) <= 0.5", "abs(at.x) <= 0.49"), ("abs(at.z) <= 0.5", "false")] {
         assert!(BLOCKER.contains(right));
         assert!(compare(&bench, &twins(&bench, &stage, &BLOCKER.replace(right, wrong))).is_err(), "{wrong}");
@@ -93,7 +93,7 @@ fn modules_that_cannot_be_used_say_why() {
     let Some(bench) = Bench::open() else { return };
     let stage = Stage::new(blocker_over_floor()).unwrap();
     let bodies = [
-        // What is wrong, and what the message says.
+        // Fault of the module, and part of the message.
         ("fn occluded(origin: vec3<f32>, end: vec3<f32>) -> bool { return of_nobody(end); }", "of_nobody"),
         ("fn occluded(origin: vec3<f32>) -> bool { return false; }", "occluded"),
         ("fn hidden(origin: vec3<f32>, end: vec3<f32>) -> bool { return false; }", "occluded"),

@@ -1,12 +1,12 @@
-//! Which rays rounding may decide: those that pass an edge, or end at a triangle, so closely that single precision cannot
-//! tell.
+//! Rays whose visibility may depend on rounding: those that pass an edge, or end at a triangle, within the
+//! error of single precision.
 
 use halflight::glam::{DVec3, Vec3};
 use halflight::scene::Mesh;
 
-/// The least distance between a segment and any edge of the mesh, and between its ends and any triangle's plane above or
-/// below that triangle, in double precision, metres. Triangles that have both ends on one side are left out: the shaders call
-/// none met that has an end within rounding of its plane.
+/// Least distance between a segment and any edge of the mesh, and between its ends and any triangle's plane
+/// above or below that triangle, in double precision, metres. Triangles that have both ends on one side are
+/// skipped: the shaders never count a triangle whose plane contains an end within rounding.
 pub(crate) fn clearance(mesh: &Mesh, origin: Vec3, end: Vec3) -> f64 {
     let (origin, end) = (origin.as_dvec3(), end.as_dvec3());
     let of = |triangle: usize| {
@@ -29,7 +29,7 @@ fn between(a: DVec3, b: DVec3, p: DVec3, q: DVec3) -> f64 {
     let (uw, vw) = (u.dot(w), v.dot(w));
     let determinant = uu * vv - uv * uv;
     let s = if determinant > 0.0 { ((uv * vw - vv * uw) / determinant).clamp(0.0, 1.0) } else { 0.0 };
-    // The nearest point on one segment for the other's, and back again.
+    // Nearest point on one segment to the other's, and back again.
     let t = ((uv * s + vw) / vv).clamp(0.0, 1.0);
     let s = ((uv * t - uw) / uu).clamp(0.0, 1.0);
     (w + u * s - v * t).length()

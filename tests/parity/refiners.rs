@@ -1,4 +1,4 @@
-//! Which cells an image is made of, and what they hold.
+//! Parity of cells and their values.
 
 use std::collections::HashSet;
 
@@ -12,7 +12,7 @@ use crate::device::Bench;
 use crate::masks::{gpu_masks, halves};
 use crate::scenes::{Twins, full, values};
 
-/// A refiner with the papers' constants, and with others.
+/// Refiners with the papers' constants, and with others.
 fn refiners() -> Vec<(&'static str, RefinerConfig)> {
     let nichols = NicholsConfig::default();
     let sfvt = SfvtGassConfig::default();
@@ -44,20 +44,21 @@ fn refiners() -> Vec<(&'static str, RefinerConfig)> {
     ]
 }
 
-/// Levels of pixels, and of the samples at each place: `u32::MAX` where there is none.
+/// Levels of pixels, and of the samples at each index: `u32::MAX` where there is none.
 struct Cells {
     owners: Vec<u32>,
-    /// Samples as level, column and row of their cell (for further samples: 0 and the pixel), with place and value.
+    /// Samples by level, column and row of their cell (for additional samples: 0 and the pixel), with
+    /// position and value.
     samples: Vec<(Key, Found)>,
 }
 
 /// Level, column and row.
 type Key = (u32, u32, u32);
 
-/// Place, value and pixel.
+/// Position, value and pixel.
 type Found = ([f32; 2], f32, u32);
 
-/// First place of each level.
+/// First index of each level.
 fn level_first(width: u32, height: u32, level: u32) -> u32 {
     (0..level).map(|level| width.div_ceil(1 << level) * height.div_ceil(1 << level)).sum()
 }
@@ -84,7 +85,8 @@ fn cpu_cells(fragments: &Fragments, values: &[Option<f32>]) -> Cells {
     Cells { owners, samples }
 }
 
-/// Checks owners and samples; returns how many pixels lie in cells of another level, and how many samples differ.
+/// Checks owners and samples; returns the number of pixels in cells of another level, and the number of
+/// differing samples.
 fn compare(bench: &Bench, twins: &Twins, shading: Shading) -> (usize, usize) {
     let fragments = twins.cpu.fragments();
     let expected = cpu_cells(fragments, &values(twins, shading));
@@ -98,7 +100,7 @@ fn compare(bench: &Bench, twins: &Twins, shading: Shading) -> (usize, usize) {
         let place = level_first(width, height, level) + y * width.div_ceil(1 << level) + x;
         let [ax, ay, v, p] = raw[place as usize];
         let found = [ax, ay, v].map(f32::from_bits);
-        // Sums have the same terms in the same order; divisions may be off by 2.5 units in the last place on devices.
+        // Sums have identical terms and order; divisions may be wrong by 2.5 units in the last place on GPUs.
         let close = (found[2] - value).abs() <= 1e-5 * value.abs();
         if found[..2] != at || !close || p != pixel {
             differ += 1;
@@ -107,11 +109,11 @@ fn compare(bench: &Bench, twins: &Twins, shading: Shading) -> (usize, usize) {
     (others, differ)
 }
 
-/// Whether cells and their values are those of the CPU, or what differs.
+/// Checks cells and their values against those of the CPU; the error lists the differences.
 pub(crate) fn check(bench: &Bench, twins: &Twins, shading: Shading) -> Result<(), String> {
     let (others, differ) = compare(bench, twins, shading);
-    // Rays within rounding of an edge (see `masks`) are one in a hundred thousand: one or two values of thousands have one.
-    // Beyond that everything is computed alike.
+    // One ray in a hundred thousand is within the rounding error of an edge (see `masks`): one or two values
+    // of thousands have such a ray. Everything else is identical.
     let (samples, pixels) = (twins.cpu.fragments().samples().len(), twins.cpu.gbuffer().pixels());
     let fits = differ * 1000 <= samples && others * 1000 <= pixels;
     fits.then_some(()).ok_or(format!("{differ} of {samples} samples, {others} of {pixels} pixels"))
@@ -164,16 +166,17 @@ fn the_lattice_is_that_of_the_cpu() {
     }
 }
 
-/// The same for the lattice.
+/// Checks the cells and values of the lattice; the error lists the differences.
 pub(crate) fn check_lattice(bench: &Bench, twins: &Twins, shading: Shading) -> Result<(), String> {
     let (others, differ) = compare_lattice(bench, twins, shading);
     let flips = flipped(bench, twins);
-    // A ray that rounding decides otherwise (see `masks`) may split a cell on one side alone, and cells next to it follow.
+    // A ray that rounding decides differently (see `masks`) may split a cell on one side alone, and
+    // neighbouring cells follow.
     let fits = flips <= 4 && others.len() <= 64 * flips && differ.len() <= 64 * flips;
     fits.then_some(()).ok_or(format!("{flips} rays, pixels {others:?}, samples {differ:?}"))
 }
 
-/// Rays of samples that both sides have traced and decided otherwise.
+/// Number of rays of samples that both sides traced with different visibility.
 fn flipped(bench: &Bench, twins: &Twins) -> usize {
     let fragments = twins.cpu.fragments();
     let words = fragments.batch(0).pattern().len().div_ceil(32);
@@ -187,10 +190,11 @@ fn flipped(bench: &Bench, twins: &Twins) -> usize {
     flips.sum()
 }
 
-/// A pixel's column and row, and what the two sides say about it.
+/// Column and row of a pixel, and its values on both sides.
 type Differing<A, B> = Vec<(u32, u32, A, B)>;
 
-/// Pixels in cells of another level, with both levels, and pixels that are samples on one side alone or have other values.
+/// Pixels in cells of another level, with both levels, and pixels that are samples on one side alone or have
+/// other values.
 fn compare_lattice(
     bench: &Bench,
     twins: &Twins,

@@ -1,4 +1,4 @@
-//! Sizes, several lights and frames, and what is refused.
+//! Image sizes, several lights and frames, and refusals.
 
 use halflight::camera::View;
 use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
@@ -33,9 +33,9 @@ fn sizes_may_change_with_every_frame() {
     }
     assert!(matches!(gpu.resize(0, 48), Err(GpuError::Pipeline(_))));
     assert!(matches!(gpu.resize(64, 40_000), Err(GpuError::Pipeline(_))));
-    // 32,768² points of 16 bytes are more than any device binds.
+    // Points of 32,768² pixels, 16 bytes each, exceed the binding limit of any device.
     assert!(matches!(gpu.resize(32_768, 32_768), Err(GpuError::TooLarge { .. })));
-    // It goes on as it was.
+    // The renderer keeps working.
     bench.render(&mut gpu, &Inputs::default());
     assert_eq!(bench.read::<[f32; 4]>(gpu.image()).len(), 64 * 48);
 }
@@ -70,7 +70,7 @@ fn lights_are_summed() {
         let twins = Twins::of(&bench, stage.clone(), &full(64, 48, shading), true);
         let image: Vec<[f32; 4]> = bench.read(twins.gpu.image());
         let off = nmse2(&image, twins.cpu.image());
-        // Cubature and Lambert's formula in double precision agree to 1e-5, whose square this is.
+        // Cubature and Lambert's formula in double precision agree to 1e-5; this is the square.
         assert!(off < 1e-10, "{shading:?}: {off:e}");
     }
 }
@@ -104,7 +104,7 @@ fn what_cannot_be_rendered_is_refused() {
     assert!(matches!(other.unwrap_err(), GpuError::Shader { .. }));
 }
 
-/// A texture of four floats a pixel, filled.
+/// Texture of four floats per pixel, with these texels.
 fn texture(bench: &Bench, (width, height): (u32, u32), texels: &[[f32; 4]]) -> wgpu::TextureView {
     let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
     let texture = bench.gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -134,7 +134,7 @@ fn surfaces_and_images_may_be_textures() {
     let size @ (width, height): (u32, u32) = (16, 12);
     let twins = Twins::of(&bench, stage, &full(width, height, Shading::Ratio), true);
     let gbuffer = twins.cpu.gbuffer();
-    // On the surface: the device moves points off it by itself.
+    // Points on the surface: the GPU offsets them itself.
     let view = View::new(&twins.stage.scene.camera, width, height);
     let point = |pixel: usize| {
         let d = view.direction(pixel % width as usize, pixel / width as usize);
@@ -153,7 +153,7 @@ fn surfaces_and_images_may_be_textures() {
     ] {
         bench.render(&mut gpu, &Inputs { surfaces, ..Inputs::default() });
         let image: Vec<[f32; 4]> = bench.read(gpu.image());
-        // Points from depths are off by a unit in the last place, which moves next to no edge over a sample.
+        // Points from depths are wrong by a unit in the last place, which moves almost no edge over a sample.
         let off = nmse2(&image, twins.cpu.image());
         assert!(off < 1e-4, "{surfaces:?}: {off:e}");
     }

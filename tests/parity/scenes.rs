@@ -1,4 +1,4 @@
-//! What is rendered on both sides.
+//! Frames rendered on both sides.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -14,16 +14,16 @@ use halflight_tests::Stage;
 
 use crate::device::Bench;
 
-/// Scenes of different kinds: things on a floor, a hall, foliage.
+/// Scenes of different kinds: objects on a floor, a hall, foliage.
 pub(crate) const SCENES: [&str; 3] = ["toys", "atrium", "tree"];
 
-/// A bundled scene, made once for all tests.
+/// Bundled scene, built once for all tests.
 pub(crate) fn bundled(name: &'static str) -> Stage {
     static MADE: Mutex<BTreeMap<&str, Stage>> = Mutex::new(BTreeMap::new());
     MADE.lock().unwrap().entry(name).or_insert_with(|| Stage::bundled(name).unwrap()).clone()
 }
 
-/// Every pixel its own samples.
+/// Per-pixel configuration.
 pub(crate) fn full(width: u32, height: u32, shading: Shading) -> PipelineConfig {
     PipelineConfig {
         width,
@@ -35,14 +35,14 @@ pub(crate) fn full(width: u32, height: u32, shading: Shading) -> PipelineConfig 
     }
 }
 
-/// The CPU's values of the samples of its last frame.
+/// Sample values of the CPU's last frame.
 pub(crate) fn values(twins: &Twins, shading: Shading) -> Vec<Option<f32>> {
     let gbuffer = twins.cpu.gbuffer();
     let frame = Frame {
         scene: &twins.stage.scene,
         gbuffer,
         pyramid: &Pyramid::default(),
-        // Neither pattern nor key matters once masks are there: queries have their own.
+        // Pattern and key are irrelevant once masks exist: queries have their own.
         pattern: Pattern { kind: PatternKind::Grid, columns: 1, rows: 1 },
         sharing: Sharing::Frame,
         index: 0,
@@ -53,22 +53,22 @@ pub(crate) fn values(twins: &Twins, shading: Shading) -> Vec<Option<f32>> {
     values
 }
 
-/// The same frame on both sides.
+/// Frame rendered on both sides.
 pub(crate) struct Twins {
     pub(crate) stage: Stage,
     pub(crate) cpu: Pipeline,
     pub(crate) gpu: Renderer,
-    /// Whether the GPU has the CPU's G-buffer.
+    /// True if the GPU uses the CPU's G-buffer.
     kept: bool,
 }
 
 impl Twins {
-    /// Renders frame 0; with `kept` the GPU has the CPU's G-buffer.
+    /// Renders frame 0; with `kept` the GPU uses the CPU's G-buffer.
     pub(crate) fn render(bench: &Bench, scene: &'static str, config: &PipelineConfig, kept: bool) -> Self {
         Self::of(bench, bundled(scene), config, kept)
     }
 
-    /// The same for any scene.
+    /// Renders frame 0 of any scene.
     pub(crate) fn of(bench: &Bench, stage: Stage, config: &PipelineConfig, kept: bool) -> Self {
         let mut cpu = config.builder(&stage.prepared).build().unwrap();
         cpu.render().unwrap();
@@ -78,7 +78,7 @@ impl Twins {
         twins
     }
 
-    /// Renders on the GPU again, with a shader module of which a part is another.
+    /// Renders on the GPU again, with a part of a shader module replaced.
     pub(crate) fn alter(
         &mut self,
         bench: &Bench,

@@ -1,4 +1,4 @@
-//! Error targets: what a trial chooses, and whether the image comes out as on the CPU.
+//! Error targets: the sampling plan that pilot samples give, and the image's agreement with the CPU.
 
 use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 use halflight::frame::LightSampling;
@@ -14,7 +14,7 @@ use halflight_tests::Stage;
 use crate::device::Bench;
 use crate::scenes::{Twins, bundled, full};
 
-/// Nothing is validated on the GPU.
+/// Lattice without validation, as on the GPU.
 fn lattice(target: f32) -> LatticeConfig {
     LatticeConfig { target, validate: false, ..LatticeConfig::default() }
 }
@@ -27,7 +27,7 @@ fn config(target: f32) -> PipelineConfig {
     }
 }
 
-/// Samples along one side that the GPU has chosen, and those of the CPU's last batch.
+/// Samples along one side of the light: the GPU's plan, and the CPU's last batch.
 fn sides(bench: &Bench, twins: &Twins) -> [u32; 2] {
     let chosen: Vec<u32> = bench.read(twins.gpu.inside(Inside::Chosen));
     assert_eq!(chosen[1], chosen[2]);
@@ -54,10 +54,10 @@ fn targets_take_the_samples_that_they_take_on_the_cpu() {
     for (scene, target) in [("toys", 1e-3), ("toys", 1e-4), ("tree", 1e-3)] {
         let twins = Twins::render(&bench, scene, &config(target), true);
         let [found, expected] = sides(&bench, &twins);
-        // The sums are the same but for rounding.
+        // The sums are equal except for rounding.
         assert_eq!(found, expected, "{scene} {target}");
         chosen.push(found);
-        // Both have noise of their own where corners of the trial are asked again on one side alone.
+        // Both have independent noise where corners with pilot samples are traced again on one side alone.
         let error = error(&bench, &twins);
         assert!(error < f64::from(target), "{scene} {target}: {error}");
     }
@@ -70,7 +70,7 @@ fn stats(bench: &Bench, twins: &mut Twins) -> [FrameStats; 2] {
     [found.frame, twins.cpu.image().stats.clone()]
 }
 
-/// Samples that the GPU's fragments and the CPU's have.
+/// Numbers of samples of the GPU's fragments and of the CPU's.
 fn samples(bench: &Bench, twins: &mut Twins) -> [u64; 2] {
     stats(bench, twins).map(|stats| stats.fragments.total)
 }
@@ -87,7 +87,7 @@ fn small_targets_ask_along_edges() {
         let config = PipelineConfig { refiner: RefinerConfig::Lattice(lattice), ..small(1e-5) };
         let mut twins = Twins::render(&bench, "contact", &config, true);
         let [found, expected] = samples(&bench, &mut twins);
-        // Corners of the trial have other masks here, which moves a few cells across the threshold.
+        // Corners with pilot samples have other masks here, which moves a few cells across the threshold.
         assert!(found.abs_diff(expected) * 200 < expected, "{coarsest_level}: {found} {expected}");
         twins.alter(&bench, &config, ["refine/discontinuities", ") < EDGE)", ") < -2.0)"]);
         let [fewer, _] = samples(&bench, &mut twins);
@@ -95,7 +95,7 @@ fn small_targets_ask_along_edges() {
     }
 }
 
-/// A light like the scene's first, with a tenth of its edges and somewhere else.
+/// Scene with a second light like its first, with a tenth of its edges in another position.
 fn with_second_light(stage: &Stage) -> Stage {
     let mut scene = Scene::clone(&stage.scene);
     let first = scene.lights[0];
@@ -113,12 +113,12 @@ fn lights_have_choices_and_errors_of_their_own() {
     let Some(bench) = Bench::open() else { return };
     let config = small(2e-5);
     let mut twins = Twins::of(&bench, with_second_light(&bundled("toys")), &config, true);
-    // The second one's.
+    // Plan of the second light.
     let [chosen, expected] = sides(&bench, &twins);
     assert_eq!(chosen, expected);
     let mut alone = Twins::render(&bench, "toys", &config, true);
     assert_ne!(sides(&bench, &alone)[0], chosen);
-    // Corners of the trial have other masks here, which moves a few cells across the threshold.
+    // Corners with pilot samples have other masks here, which moves a few cells across the threshold.
     let [found, expected] = samples(&bench, &mut twins);
     assert!(found.abs_diff(expected) * 100 < expected, "{found} {expected}");
     let [one, _] = samples(&bench, &mut alone);
@@ -127,7 +127,7 @@ fn lights_have_choices_and_errors_of_their_own() {
     let [found, expected] = stats(&bench, &mut twins).map(|stats| stats.expected_nmse2.unwrap());
     assert!(near(found, expected), "{found} {expected}");
     assert!(error(&bench, &twins) < 2e-5);
-    // The last light alone.
+    // Error of the last light alone.
     let wrong =
         ["refine/target_sum", "var all = bitcast<f32>(atomicLoad(&counters[COUNTER]))", "var all = 0.0"];
     twins.alter(&bench, &config, wrong);
@@ -139,7 +139,7 @@ fn lights_have_choices_and_errors_of_their_own() {
 fn where_most_pixels_are_left_all_are_traced() {
     let Some(bench) = Bench::open() else { return };
     let config = small(1e-5);
-    // Masks change their length on the way.
+    // Masks change their length between passes.
     let beams = PipelineConfig { visibility: VisibilityConfig::Beam, ..config };
     let beams = Twins::render(&bench, "toys", &beams, true);
     let mut twins = Twins::render(&bench, "toys", &config, true);
@@ -166,13 +166,14 @@ fn as_much_error_is_expected_as_on_the_cpu() {
     let pixels =
         ["refine/target_predict", "variance_at(pixel_of(first))", "1.5 * variance_at(pixel_of(first))"];
     let energy = ["refine/target_energy", "bright * bright", "bright"];
-    // What is expected is mostly of cells, of pixels alone, and of cells along steps.
+    // The estimate is dominated by cells, by pixels, and by cells along depth discontinuities.
     for (scene, config, most) in
         [("toys", config(1e-3), cells), ("toys", small(1e-5), pixels), ("railing", small(1e-4), cells)]
     {
         let mut twins = Twins::render(&bench, scene, &config, true);
         let [found, cpu] = expected(&mut twins);
-        // Those of the CPU are of some cells where there are more than 16,384, and corners of the trial have other masks.
+        // The CPU measures a subset if there are more than 16,384 cells, and corners with pilot samples have
+        // other masks.
         let near = |found: f64| (found / cpu - 1.0).abs() < 0.1;
         assert!(near(found), "{scene}: {found} {cpu}");
         for wrong in [most, energy] {
@@ -189,7 +190,7 @@ fn targets_are_reached_by_all_exact_backends() {
     let target = 1e-3;
     let mut chosen = Vec::new();
     for name in ["beam", "raster4d"] {
-        // All take samples in rows.
+        // Pattern that all backends support.
         let sampling = LightSampling { kind: PatternKind::ShiftedRows, ..LightSampling::default() };
         let visibility = VisibilityConfig::named(name).unwrap();
         let twins =
@@ -213,7 +214,7 @@ fn a_trial_that_sees_more_noise_takes_more_samples() {
     twins.alter(&bench, &config(1e-4), ["shared/noise", "NOISE: f32 = 0.12", "NOISE: f32 = 0.6"]);
     let [found, expected] = sides(&bench, &twins);
     assert!(found > expected, "{found} {expected}");
-    // One that takes no notice of what was chosen has the error of the fewest samples.
+    // A plan that ignores the choice has the error of the fewest samples.
     let wrong = ["refine/target_choose", "chosen[0] = choice_of(side)", "chosen[0] = choice_of(0u)"];
     twins.alter(&bench, &config(1e-4), wrong);
     assert!(error(&bench, &twins) > 1e-4);

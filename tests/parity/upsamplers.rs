@@ -1,4 +1,4 @@
-//! One value a pixel from the same samples.
+//! Parity of upsampled values from identical samples.
 
 use halflight::config::{Named as _, PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight::frame::Frame;
@@ -10,7 +10,7 @@ use halflight_gpu::Inside;
 use crate::device::Bench;
 use crate::scenes::{SCENES, Twins, full, values};
 
-/// The CPU's plane for the fragments of its last frame.
+/// Upsampled values of the CPU for the fragments of its last frame.
 fn cpu_plane(twins: &Twins, config: &PipelineConfig) -> Vec<f32> {
     let gbuffer = twins.cpu.gbuffer();
     let frame = Frame {
@@ -28,10 +28,11 @@ fn cpu_plane(twins: &Twins, config: &PipelineConfig) -> Vec<f32> {
     plane
 }
 
-/// Pixels whose light differs by more than a share of the most that any of them gets, and the largest such share.
+/// Number of pixels whose light differs by more than a fraction of the largest that any pixel gets, and the
+/// largest such fraction.
 ///
-/// Values of pixels that next to no light reaches are weighed accordingly: where no light sample is above the horizon any value
-/// will do.
+/// Values are weighted with the light, so that pixels with almost no light hardly count: where no light
+/// sample is above the horizon any value is acceptable.
 fn differing(bench: &Bench, twins: &Twins, config: &PipelineConfig, tolerance: f32) -> (usize, f32) {
     let expected = cpu_plane(twins, config);
     let found: Vec<f32> = bench.read(twins.gpu.inside(Inside::Plane));
@@ -50,7 +51,7 @@ fn differing(bench: &Bench, twins: &Twins, config: &PipelineConfig, tolerance: f
     )
 }
 
-/// Whether next to no pixel differs by more than a tolerance, or how many do.
+/// Checks that almost no pixel differs by more than a tolerance; the error tells the number.
 pub(crate) fn check(
     bench: &Bench,
     twins: &Twins,
@@ -59,13 +60,13 @@ pub(crate) fn check(
 ) -> Result<(), String> {
     let (count, worst) = differing(bench, twins, config, tolerance);
     let pixels = twins.cpu.gbuffer().pixels();
-    // Rays within rounding of an edge (see `masks`) may change a cell or two.
+    // Rays within the rounding error of an edge (see `masks`) may change a cell or two.
     (count * 500 <= pixels).then_some(()).ok_or(format!("{count} of {pixels} pixels by up to {worst:e}"))
 }
 
-/// Upsamplers with the share of the most light that values may be off by. Bilinear weights are short. Agreements at the limits of
-/// a surface make much of rounding. Exponentials are good to a few units in the last place, and the papers' matrices are used down
-/// to determinants of 1e-6, which wide variances come near.
+/// Upsamplers, each with a tolerance relative to the largest light. Bilinear weights are exact in few digits.
+/// Agreements at the limits of a surface amplify rounding. Exponentials are accurate to a few units in the
+/// last place, and the papers' matrices are used down to determinants of 1e-6, which wide variances approach.
 pub(crate) const UPSAMPLERS: [(UpsamplerConfig, f32); 4] = [
     (UpsamplerConfig::Bilinear, 1e-6),
     (UpsamplerConfig::RbfFixed, 1e-3),
@@ -100,7 +101,7 @@ fn the_lattice_interpolates_as_on_the_cpu() {
             let config =
                 PipelineConfig { refiner, upsampler: UpsamplerConfig::Lattice, ..full(140, 100, shading) };
             let twins = Twins::render(&bench, scene, &config, true);
-            // The analytic irradiance that values are weighed with differs by as much (see `whole`).
+            // The analytic irradiance that weights the values differs by as much (see `whole`).
             check(&bench, &twins, &config, 1e-4).unwrap_or_else(|off| panic!("{scene} {shading:?}: {off}"));
         }
     }

@@ -1,4 +1,4 @@
-//! Voxels, and rays through them.
+//! Parity of voxels, and of rays through them.
 
 use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 use halflight::frame::{Frame, Sharing};
@@ -23,21 +23,21 @@ use crate::masks::{gpu_masks, halves};
 use crate::scenes::{SCENES, Twins, full};
 use crate::whole::nmse2;
 
-/// How far single precision moves a point, in voxels: a few units in the last place at 128, and as much again for the
-/// distances that it is made of, with room to spare.
+/// Rounding error of a point in single precision, in voxels: a few units in the last place at 128, and as
+/// much again for the distances that it is computed from, with a margin.
 const ROUNDING: f64 = 1e-3;
 
 fn marching(config: VoxelConfig) -> PipelineConfig {
     PipelineConfig { visibility: VisibilityConfig::Voxel(config), ..full(80, 60, Shading::Ratio) }
 }
 
-/// The CPU's voxels for what it has rendered.
+/// Voxels of the CPU for its last frame.
 fn voxels(twins: &Twins, config: VoxelConfig) -> Voxels {
     let frame = Frame {
         scene: &twins.stage.scene,
         gbuffer: twins.cpu.gbuffer(),
         pyramid: &Pyramid::default(),
-        // Neither matters to what is prepared.
+        // Pattern and key are irrelevant to preparation.
         pattern: Pattern { kind: PatternKind::Grid, columns: 1, rows: 1 },
         sharing: Sharing::Frame,
         index: 0,
@@ -48,7 +48,7 @@ fn voxels(twins: &Twins, config: VoxelConfig) -> Voxels {
     voxels
 }
 
-/// The GPU's words before the voxels, and these.
+/// Words before the GPU's voxels, and the voxels.
 fn gpu_voxels(bench: &Bench, twins: &Twins) -> (Vec<u32>, Vec<u64>) {
     let mut head: Vec<u32> = bench.read(twins.gpu.inside(Inside::Voxels));
     let words = head.split_off(4 + twins.stage.scene.lights.len());
@@ -67,7 +67,7 @@ impl<'a> Placed<'a> {
         Self { frustum, triangles: (0..mesh.triangle_count()).map(place).collect() }
     }
 
-    /// Whether a triangle touches a voxel that reaches so far beyond its borders, in voxels.
+    /// True if a triangle touches a voxel extended beyond its borders by this much, in voxels.
     fn touch(&self, voxel: [usize; 3], beyond: f64) -> bool {
         let [low, high] = [-beyond, 1.0 + beyond].map(|by| voxel.map(|at| at as f64 + by));
         let depth = |slice: f64| f64::from(self.frustum.near) + slice / self.frustum.slices();
@@ -88,7 +88,7 @@ impl<'a> Placed<'a> {
     }
 }
 
-/// The part of a convex polygon where something affine is not negative.
+/// Part of a convex polygon where an affine function is not negative.
 fn clipped(corners: &[DVec3], side: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
     let mut kept = Vec::new();
     for (at, &to) in corners.iter().enumerate() {
@@ -104,11 +104,11 @@ fn clipped(corners: &[DVec3], side: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
     kept
 }
 
-/// Differing voxels that are looked at.
+/// Number of differing voxels that are examined.
 const LOOKED_AT: usize = 50;
 
-/// Voxels that one side alone has set, those of some of them that rounding does not explain, and all that the CPU has
-/// set.
+/// Numbers of voxels that one side alone has set, of those among a subset of them that rounding does not
+/// explain, and of all that the CPU has set.
 fn compare_voxels(bench: &Bench, twins: &Twins, config: VoxelConfig) -> [usize; 3] {
     let cpu = voxels(twins, config);
     let frustum = cpu.frustum().unwrap();
@@ -122,7 +122,7 @@ fn compare_voxels(bench: &Bench, twins: &Twins, config: VoxelConfig) -> [usize; 
         .map(|(texel, slice)| [texel % frustum.side, texel / frustum.side, slice])
         .collect();
     let explained = |&voxel: &[usize; 3]| placed.touch(voxel, ROUNDING) && !placed.touch(voxel, -ROUNDING);
-    // From all over the image.
+    // Spread over the whole image.
     let every = differing.len().div_ceil(LOOKED_AT).max(1);
     let strange = differing.iter().step_by(every).filter(|&voxel| !explained(voxel)).count();
     let all = expected.iter().map(|word| word.count_ones() as usize).sum();
@@ -132,24 +132,24 @@ fn compare_voxels(bench: &Bench, twins: &Twins, config: VoxelConfig) -> [usize; 
 #[test]
 fn voxels_are_set_as_on_the_cpu() {
     let Some(bench) = Bench::open() else { return };
-    // Sixteen more slices than two words have, to look at words that are not full.
+    // Sixteen more slices than two words hold, to test partially filled words.
     let config = VoxelConfig { depth_bits: 144, ..VoxelConfig::default() };
     for scene in SCENES {
         let twins = Twins::render(&bench, scene, &marching(config), true);
         let [differ, strange, all] = compare_voxels(&bench, &twins, config);
-        // Voxels of the GPU reach SIDE / 2²⁰ beyond their borders, 1.2e-4 of a voxel here: about twice that for each axis is
-        // touched besides.
+        // Voxels of the GPU reach SIDE / 2²⁰ beyond their borders, 1.2e-4 of a voxel here: about twice that
+        // fraction is touched additionally, for each axis.
         assert!(all > 1000 && differ * 1000 <= all, "{scene}: {differ} of {all}");
         assert_eq!(strange, 0, "{scene}");
     }
-    // A floor that is much larger than what is seen of it, whose voxels end at a slant.
+    // Floor that is much larger than its visible part, whose voxels end at a slant.
     let mut scene = blocker_over_floor();
     let floor = (Vec3::new(-1e3, 0.0, -1e3), Vec3::Z * 2e3, Vec3::X * 2e3);
     scene.mesh = Arc::new(quads(&[floor, (Vec3::new(-0.5, 1.0, -0.5), Vec3::Z, Vec3::X)]));
     let mut twins = Twins::of(&bench, Stage::new(scene).unwrap(), &marching(config), true);
     let [differ, strange, all] = compare_voxels(&bench, &twins, config);
     assert!(all > 1000 && differ * 100 <= all && strange == 0, "{differ} and {strange} of {all}");
-    // Bands of a large triangle that leave rows between them.
+    // Bands of a large triangle with rows missing between them.
     let bands = ["visibility/voxel_fill", "task % bands() * BAND + ", "task % bands() * (BAND + 1u) + "];
     twins.alter(&bench, &marching(config), bands);
     let [differ, strange, _] = compare_voxels(&bench, &twins, config);
@@ -169,7 +169,7 @@ fn depths_that_are_none_hide_nothing() {
         nmse2(&bench.read::<[f32; 4]>(twins.gpu.image()), twins.cpu.image())
     };
     for depth in [f32::INFINITY, f32::MAX, -1e30, f32::NAN] {
-        // Voxels may begin or end elsewhere and be others; shadows stay.
+        // Voxels may begin or end elsewhere and be different; shadows stay.
         let off = off(&mut twins, depth);
         assert!(off < 0.05, "{depth}: {off:e}");
     }
@@ -181,7 +181,7 @@ fn depths_that_are_none_hide_nothing() {
 fn wrong_voxels_are_found() {
     let Some(bench) = Bench::open() else { return };
     let config = VoxelConfig::default();
-    // Slices half a slice too far; and a triangle of the blocker that is lost.
+    // Slices half a slice too far, and a triangle of the blocker that is dropped.
     let slices = [
         "visibility/voxel_fill",
         "(depths - range.x) * density(range)",
@@ -221,7 +221,8 @@ fn refiners_ask_voxels_as_on_the_cpu() {
         let twins = Twins::render(&bench, "toys", &config, true);
         let image: Vec<[f32; 4]> = bench.read(twins.gpu.image());
         let off = nmse2(&image, twins.cpu.image());
-        // Voxels and rays that rounding decides otherwise are single ones; other light samples make 1e-4 and more.
+        // Voxels and rays that rounding decides differently are single ones; other light samples make 1e-4
+        // and more.
         assert!(off < 1e-6, "{refiner:?}: {off:e}");
         let other = PipelineConfig { seed: 1, ..config };
         let image: Vec<[f32; 4]> = bench.read(Twins::render(&bench, "toys", &other, true).gpu.image());
@@ -230,20 +231,20 @@ fn refiners_ask_voxels_as_on_the_cpu() {
     }
 }
 
-/// What decides on a ray in double precision.
+/// Double-precision test of a ray.
 struct March<'a> {
     frustum: &'a Frustum,
     config: VoxelConfig,
     light: AreaLight,
-    /// How far rays end before the light's plane, metres.
+    /// Distance before the light's plane at which rays end, metres.
     clearance: f32,
     cpu: &'a [u64],
     gpu: &'a [u64],
 }
 
 impl March<'_> {
-    /// Whether rounding may decide a ray: one of its samples lies as near to a border of its voxel, or in a voxel that the
-    /// two sides do not both set.
+    /// True if rounding may decide a ray: one of its samples is within the rounding error of a border of its
+    /// voxel, or in a voxel that only one side has set.
     fn is_close(&self, query: &Query, sample: Vec2) -> bool {
         let Traversal::Steps { count } = self.config.traversal else { panic!("samples only") };
         let Frustum { near, far, side, bits, .. } = *self.frustum;
@@ -271,7 +272,7 @@ impl March<'_> {
     }
 }
 
-/// Rays that the two sides decide otherwise, those of them that rounding does not explain, and all.
+/// Numbers of rays with different visibility, of those that rounding does not explain, and of all.
 fn compare(bench: &Bench, twins: &Twins, config: VoxelConfig) -> [usize; 3] {
     let batch = twins.cpu.fragments().batch(0);
     let words = batch.pattern().len().div_ceil(32);
@@ -319,8 +320,8 @@ fn rays_march_as_on_the_cpu() {
     {
         let twins = Twins::render(&bench, scene, &marching(config), true);
         let [flips, strange, rays] = compare(&bench, &twins, config);
-        // A ray has 16 samples with three borders each; a few in 10⁴ lie as near to one as rounding moves them, and of these
-        // few change an answer. Exact traversal passes many more borders.
+        // A ray has 16 samples with three borders each; a few in 10⁴ are within the rounding error of one,
+        // and few of these change the visibility. Exact traversal passes many more borders.
         assert!(rays > 100_000 && flips * 10_000 <= rays, "{scene}: {flips} of {rays}");
         assert_eq!(strange, 0, "{scene}");
     }
@@ -342,7 +343,7 @@ fn wrong_constants_are_found() {
         let [flips, strange, rays] = compare(&bench, &twins, config);
         assert!(flips * 1000 > rays && strange > 0, "{wrong:?}: {flips} and {strange} of {rays}");
     }
-    // An exact walk that takes the farther border first.
+    // Exact traversal that takes the farther border first.
     let every = VoxelConfig { traversal: Traversal::Dda, ..config };
     let mut twins = Twins::render(&bench, "atrium", &marching(every), true);
     let farther = ["visibility/voxel", "next.x <= next.y", "next.x > next.y"];

@@ -1,4 +1,4 @@
-//! Whole frames.
+//! Parity of whole frames.
 
 use halflight::config::{Named, PipelineConfig, RefinerConfig};
 use halflight::glam::Vec3;
@@ -8,7 +8,7 @@ use halflight::pipeline::Image;
 use crate::device::Bench;
 use crate::scenes::{SCENES, Twins, full};
 
-/// NMSE₂ of the GPU's image against the CPU's.
+/// Squared error of the GPU's image against the CPU's, NMSE₂.
 pub(crate) fn nmse2(image: &[[f32; 4]], reference: &Image) -> f64 {
     let (mut error, mut energy) = (0.0, 0.0);
     for (&[r, g, b, _], expected) in image.iter().zip(&reference.irradiance) {
@@ -27,12 +27,12 @@ fn full_frames_are_equal() {
             let twins = Twins::render(&bench, scene, &full(96, 72, shading), true);
             let image: Vec<[f32; 4]> = bench.read(twins.gpu.image());
             let off = nmse2(&image, twins.cpu.image());
-            // Rays that rounding decides otherwise change a pixel by a 64th, and there are next to none.
+            // Rays that rounding decides differently change a pixel by a 64th, and there are almost none.
             assert!(off < 1e-8, "{scene} {shading:?}: {off:e}");
             let own = Twins::render(&bench, scene, &full(96, 72, shading), false);
             let image: Vec<[f32; 4]> = bench.read(own.gpu.image());
             let off = nmse2(&image, own.cpu.image());
-            // Pixels on outlines see the other side of them (see `gbuffers`), which in foliage is another leaf.
+            // Pixels on outlines see their other side (see `gbuffers`), which in foliage is another leaf.
             assert!(
                 off < if scene == "tree" { 5e-3 } else { 1e-3 },
                 "{scene} {shading:?}, rasterized: {off:e}"
@@ -51,7 +51,8 @@ fn every_refiner_works_with_the_upsampler_that_fits_it() {
         let twins = Twins::render(&bench, "atrium", &config, true);
         let image: Vec<[f32; 4]> = bench.read(twins.gpu.image());
         let off = nmse2(&image, twins.cpu.image());
-        // As in the tests of each refiner: a ray that rounding decides otherwise may split a fragment.
+        // Threshold as in the tests of each refiner: a ray that rounding decides differently may split a
+        // fragment.
         assert!(off < 1e-3, "{refiner:?}: {off:e}");
     }
 }

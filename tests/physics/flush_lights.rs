@@ -1,4 +1,4 @@
-//! Lights that are flush with geometry: it does not hide them, and what lies clearly before them does.
+//! Lights that are flush with geometry: it does not hide them; geometry clearly in front of them does.
 
 use halflight::bvh::Bvh;
 use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
@@ -27,7 +27,7 @@ fn config(visibility: &str, refiner: RefinerConfig, upsampler: UpsamplerConfig) 
     }
 }
 
-/// The least and the greatest share of the unshadowed light that the floor gets.
+/// Least and greatest fraction of the unshadowed light that the floor gets.
 fn shares(stage: &Stage, config: &PipelineConfig) -> (f32, f32) {
     let mut pipeline = config.builder(&stage.prepared).build().unwrap();
     let image = pipeline.render().unwrap().clone();
@@ -48,7 +48,7 @@ fn shares(stage: &Stage, config: &PipelineConfig) -> (f32, f32) {
     range
 }
 
-/// Every exact backend with every pixel its own samples, and the default.
+/// Every exact backend with the per-pixel refiner, and the default.
 fn methods() -> Vec<(&'static str, PipelineConfig)> {
     let full = |name| (name, config(name, RefinerConfig::Full, UpsamplerConfig::Lattice));
     let mut methods: Vec<_> = ["bvh", "raster4d", "beam", "auto"].map(full).to_vec();
@@ -73,7 +73,7 @@ fn lamps_in_ceilings_shine_at_every_height_and_in_every_position() {
                     shift,
                     height: 2.2 + 0.073 * f64::from(step),
                     two_sided,
-                    // The lamp's own polygon every other time, else a ceiling.
+                    // Cover of the lamp's own size every other time, else a ceiling.
                     cover: if step % 2 == 0 { 8.0 } else { 1.0 },
                     ..Room::default()
                 };

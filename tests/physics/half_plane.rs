@@ -1,4 +1,5 @@
-//! A straight edge between light and floor: the visible part of the light is a rectangle, and so the answer is exact.
+//! Straight edge between light and floor: the visible part of the light is a rectangle, and the solution is
+//! exact.
 
 use halflight::config::{PipelineConfig, RefinerConfig};
 use halflight::frame::{LightSampling, Sharing};
@@ -9,7 +10,7 @@ use halflight::pattern::PatternKind;
 use halflight::unshadowed::unshadowed;
 use halflight_tests::Stage;
 
-/// Irradiance (red) at a floor point: that of the part of the light right of X = (X of the point seen through the edge).
+/// Irradiance (red) at a floor point: that of the part of the light right of the projected edge.
 fn exact(light: &AreaLight, point: Vec3, sheet: f32) -> f64 {
     let height = light.corner.y;
     // The line from the point through the edge (0, sheet) meets the light's plane at this X.
@@ -24,11 +25,11 @@ fn exact(light: &AreaLight, point: Vec3, sheet: f32) -> f64 {
     f64::from(light.radiance.x) * f64::from(unshadowed(&visible, point, Vec3::Y))
 }
 
-/// Of the scene's light.
+/// Radiance of the scene's light.
 const RADIANCE: f32 = 20.0;
 
-/// Mean square z score and the largest |z| of the mean over `seeds` images against `answer`, the number of pixels with a
-/// score, and that of pixels without any noise whose value is wrong.
+/// Mean square z score and the largest |z| of the mean over `seeds` images against `answer`, the number of
+/// pixels with a score, and the number of noise-free pixels whose value is wrong.
 fn z_scores(
     stage: &Stage,
     shading: Shading,
@@ -74,8 +75,8 @@ fn z_scores(
         let expected = answer(origin);
         let error = (variance / count).sqrt();
         if error < 1e-9 * expected.max(1e-9) {
-            // No sample ever differs: umbra, open floor, or so near to them that none of the 800 samples and more in the
-            // light's outer strata meets the sliver that does, which has a share of 0.003 at most.
+            // All samples agree: umbra, open floor, or so near to them that none of the 800 samples and more
+            // in the light's outer strata hits the differing sliver, which has a fraction of at most 0.003.
             strays += usize::from((mean - expected).abs() > 3e-3 * expected.max(0.01 * f64::from(RADIANCE)));
             continue;
         }
@@ -93,8 +94,9 @@ fn sampled_irradiance_is_unbiased() {
     let light = stage.scene.lights[0];
     let (mean_square, largest, used, strays) =
         z_scores(&stage, Shading::Sampled, 200, |point| exact(&light, point, 2.0));
-    // z² of a mean over 200 seeds is chi-square with one degree of freedom: mean 1, standard deviation of the mean over
-    // `used` pixels √(2/used). The largest of about 1,500 normal numbers lies below 5 with probability 0.999.
+    // z² of a mean over 200 seeds is chi-square with one degree of freedom: mean 1, standard deviation of the
+    // mean over `used` pixels √(2/used). The largest of about 1,500 normal numbers lies below 5 with
+    // probability 0.999.
     let spread = (2.0 / used as f64).sqrt();
     assert!(used > 800, "{used} pixels");
     assert!((mean_square - 1.0).abs() < 5.0 * spread, "mean z² {mean_square} of {used} pixels");
@@ -106,7 +108,7 @@ fn sampled_irradiance_is_unbiased() {
 fn a_wrong_answer_is_noticed() {
     let stage = Stage::bundled("half-plane").unwrap();
     let light = stage.scene.lights[0];
-    // The sheet 2 cm too high.
+    // Sheet 2 cm too high.
     let (mean_square, largest, ..) =
         z_scores(&stage, Shading::Sampled, 50, |point| exact(&light, point, 2.02));
     assert!(mean_square > 1.5 && largest > 5.0, "{mean_square} {largest}");
@@ -118,8 +120,8 @@ fn the_ratio_estimator_is_within_its_bias() {
     let light = stage.scene.lights[0];
     let (mean_square, largest, used, strays) =
         z_scores(&stage, Shading::Ratio, 200, |point| exact(&light, point, 2.0));
-    // A ratio of two means is biased by a share 1/K of its variance: with 16 samples and 200 seeds up to about one standard
-    // error more than an unbiased estimate.
+    // A ratio of two means has a bias of a fraction 1/K of its variance: with 16 samples and 200 seeds up to
+    // about one standard error more than an unbiased estimate.
     assert!(used > 200, "{used} pixels");
     assert_eq!(strays, 0);
     assert!(mean_square < 2.5 && largest < 6.0, "mean z² {mean_square}, largest {largest}");

@@ -1,4 +1,4 @@
-//! Against closed forms and independent integration.
+//! Results against closed forms and independent integration.
 
 #![allow(clippy::unwrap_used)]
 

@@ -1,10 +1,10 @@
-//! The unoccluded floor: every method must give the closed form that the scene file states.
+//! Unoccluded floor: every method must give the closed form stated in the scene file.
 
 use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight::irradiance::Shading;
 use halflight_tests::Stage;
 
-/// `g` of the scene file's closed form, at height `h`.
+/// Function `g` of the scene file's closed form, at height `h`.
 fn corner_term(a: f64, b: f64, h: f64) -> f64 {
     let (da, db) = ((a * a + h * h).sqrt(), (b * b + h * h).sqrt());
     a / da * (b / da).atan() + b / db * (a / db).atan()
@@ -46,11 +46,11 @@ fn ratio_shading_is_exact_for_every_refiner_and_upsampler() {
             let mut checked = 0;
             for pixel in 0..gbuffer.pixels() {
                 let Some(receiver) = gbuffer.receiver(pixel) else { continue };
-                // The receiver is offset off the floor; the closed form holds where it really is.
+                // The receiver is offset from the floor; the closed form is evaluated at its exact position.
                 let p = receiver.origin.as_dvec3();
                 let expected = radiance * closed_form(p.x, p.z, 3.0 - p.y);
                 let found = f64::from(image.irradiance[pixel].x);
-                // Flat to 1e-5 is what upsamplers promise; U in single precision adds less than 1e-4.
+                // Upsamplers reproduce constants to 1e-5; U in single precision adds less than 1e-4.
                 assert!(
                     (found / expected - 1.0).abs() < 1.1e-4,
                     "{refiner} {upsampler:?} {pixel}: {found} {expected}"

@@ -1,13 +1,14 @@
-//! `U` against adaptive quadrature in double precision.
+//! Unshadowed irradiance `U` against adaptive quadrature in double precision.
 
 use halflight::glam::{DVec3, Vec3};
 use halflight::light::AreaLight;
 use halflight::unshadowed::unshadowed;
 
-/// `∫ cosθx cosθy / r² dA` over the light by adaptive Gauss quadrature, with the integrand clipped at the horizon.
+/// Integral `∫ cosθx cosθy / r² dA` over the light by adaptive Gauss quadrature, with the integrand clipped
+/// at the horizon.
 ///
-/// Along each line of constant v the integrand is analytic between the points where the horizon cuts the line, so each
-/// piece is integrated by itself and converges fast.
+/// Along each line of constant v the integrand is analytic between the points where the horizon cuts the
+/// line, so each piece is integrated separately and converges fast.
 fn quadrature(light: &AreaLight, origin: Vec3, normal: Vec3) -> f64 {
     let (o, n) = (origin.as_dvec3(), normal.as_dvec3());
     let (corner, eu, ev) = (light.corner.as_dvec3(), light.edge_u.as_dvec3(), light.edge_v.as_dvec3());

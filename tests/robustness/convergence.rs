@@ -1,4 +1,4 @@
-//! Multi-resolution converges to every pixel its own samples as the thresholds go to zero.
+//! Multi-resolution converges to the per-pixel image as the thresholds go to zero.
 
 use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight::frame::{LightSampling, Sharing};
@@ -7,7 +7,7 @@ use halflight::pattern::PatternKind;
 use halflight::refine::{GeometryThresholds, NicholsConfig, SfvtGassConfig};
 use halflight_tests::{Stage, nmse2};
 
-/// A fixed grid: pixels that are refined to the end get the same mask as in `full`.
+/// Fixed grid: pixels at the finest level get the masks of the per-pixel refiner.
 fn config(refiner: RefinerConfig) -> PipelineConfig {
     PipelineConfig {
         width: 192,
@@ -34,7 +34,7 @@ fn nichols_converges() {
     };
     let found = errors(&[with(0.5, false), with(0.1, false), with(0.0, false)]);
     assert!(found[0] > found[1] && found[1] > found[2], "{found:?}");
-    // What is left are fragments in which nothing changes, where interpolation of equal values is exact.
+    // The remaining fragments have constant values, whose interpolation is exact.
     assert!(found[2] < 1e-5, "{found:?}");
 }
 
@@ -54,7 +54,7 @@ fn sfvt_gass_converges() {
     };
     let found = errors(&[with(0.5, 8, 1), with(0.2, 2, 1), with(0.0, 0, 0)]);
     assert!(found[0] > found[1] && found[1] > found[2], "{found:?}");
-    // Depth thresholds of zero, down to pixels, split everything that is not perfectly flat towards the camera. With the
-    // paper's limit of 2 × 2 an error stays: a quadrant has 16 samples where a pixel has 64.
+    // Depth thresholds of zero, down to pixels, split everything that is not exactly perpendicular to the
+    // view. With the paper's limit of 2 × 2 an error remains: a quadrant has 16 samples where a pixel has 64.
     assert!(found[2] < 1e-5, "{found:?}");
 }

@@ -1,4 +1,4 @@
-//! Same input, same image, bit for bit.
+//! Determinism: equal input gives equal images, bit for bit.
 
 use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight::glam::Vec3;

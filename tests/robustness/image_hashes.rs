@@ -1,7 +1,7 @@
-//! Images stay the same, bit for bit, while the code is restructured: hashes of every combination of stages.
+//! Regression test of images, bit for bit: hashes of every combination of stages.
 //!
-//! Hashes are of one platform's mathematical functions. `HALFLIGHT_WRITE_HASHES=1` writes the file anew, for changes that are
-//! meant to change images.
+//! Hashes are specific to one platform's mathematical functions. `HALFLIGHT_WRITE_HASHES=1` rewrites the
+//! file, for changes that are meant to change images.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -15,7 +15,7 @@ use halflight::refine::LatticeConfig;
 use halflight_tests::Stage;
 
 const SCENES: [&str; 5] = ["atrium", "church", "railing", "toys", "contact"];
-/// Image sizes, and on how many threads they are rendered.
+/// Image sizes, and number of threads for each.
 const SIZES: [(u32, u32, usize); 2] = [(64, 48, 1), (45, 37, 8)];
 
 /// FNV-1a over the bits of an image.
@@ -26,7 +26,7 @@ fn hash(mut state: u64, image: &[Vec3]) -> u64 {
     state
 }
 
-/// One hash a size, refiner and backend, over all upsamplers and shadings.
+/// Hashes of a scene, one per size, refiner and backend, over all upsamplers and shadings.
 fn hashes(scene: &str) -> String {
     let mut table = String::new();
     let mut refiners: Vec<(&str, RefinerConfig)> =
@@ -37,7 +37,7 @@ fn hashes(scene: &str) -> String {
     for (width, height, threads) in SIZES {
         for &(name, refiner) in &refiners {
             for visibility in VisibilityConfig::NAMES {
-                // 4D rasterization takes rows only.
+                // Patterns in rows, the only ones that 4D rasterization supports.
                 let rows = *visibility == "raster4d";
                 let kind = if rows { PatternKind::ShiftedRows } else { PatternKind::Jittered };
                 let mut state = 0xcbf2_9ce4_8422_2325;

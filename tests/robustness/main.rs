@@ -1,4 +1,4 @@
-//! Sizes, threads, convergence and places where methods fail.
+//! Robustness suite: sizes, threads, convergence and difficult scenes.
 
 #![allow(clippy::unwrap_used)]
 

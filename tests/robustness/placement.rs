@@ -1,4 +1,4 @@
-//! Scenes scaled and moved, and lights where they hurt.
+//! Scaled and translated scenes, and lights in difficult positions.
 
 use halflight::config::{Named, PipelineConfig, RefinerConfig};
 use halflight::glam::Vec3;
@@ -37,12 +37,12 @@ fn scale_and_place_do_not_change_the_image() {
         let error = nmse2(&image, &expected);
         assert!(error < 1e-4, "scale {scale}: {error}");
     }
-    // At 1e5 m single precision resolves 8 mm: vertices, camera and so every edge move by up to that. A shadow acne or a
-    // light leak would change whole regions.
+    // At 1e5 m single precision resolves 8 mm: vertices, camera and therefore every edge move by up to that.
+    // Shadow acne or a light leak would change whole regions.
     let image = Stage::new(transformed(1.0, Vec3::splat(1e5))).unwrap().render(&full).unwrap();
     let error = nmse2(&image, &expected);
     assert!(error < 5e-3, "moved by 1e5: {error}");
-    // The comparison would notice a scene without its blocker.
+    // The comparison detects a scene without its blocker.
     let mut bare = blocker_over_floor();
     Arc::make_mut(&mut bare.mesh).triangles.truncate(2);
     Arc::make_mut(&mut bare.mesh).material_ids.truncate(2);
@@ -125,7 +125,8 @@ fn lights_add_up() {
         Stage::new(scene).unwrap().render(&full).unwrap()
     };
     let (first, both) = (image(&[a]), image(&[a, b]));
-    // The second light's samples depend on its index, so it is rendered as the second one, after a dark first.
+    // The samples of the second light depend on its index, so it is rendered as the second one, after a dark
+    // first.
     let dark = halflight::light::AreaLight { radiance: Vec3::ZERO, ..a };
     let second = image(&[dark, b]);
     for pixel in 0..both.irradiance.len() {

@@ -1,4 +1,4 @@
-//! Shadows that pass between the corners of cells: with proofs none is missed.
+//! Shadows that pass between the corners of cells: with certificates none is missed.
 
 use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight::frame::{LightSampling, Sharing};
@@ -10,7 +10,7 @@ use halflight::scene::Scene;
 use halflight_tests::{Stage, blocker_over_floor, quads, square_light};
 use std::sync::Arc;
 
-/// A floor seen from above, with what is between it and a light.
+/// Floor seen from above, with occluders below a light.
 fn over_floor(things: &[(Vec3, Vec3, Vec3)], light: f32) -> Scene {
     let mut all = vec![(Vec3::new(-10.0, 0.0, -10.0), Vec3::Z * 20.0, Vec3::X * 20.0)];
     all.extend_from_slice(things);
@@ -33,8 +33,8 @@ fn slit() -> Scene {
     over_floor(&[sheet(-6.004), sheet(0.004)], 0.01)
 }
 
-/// Pixels whose visible fraction is off by more than a quarter of the light, against every pixel traced with the same
-/// samples; and the share of receivers that were not traced.
+/// Number of pixels whose visible fraction differs by more than a quarter from the per-pixel image with the
+/// same samples, and the fraction of receivers that were not traced.
 fn missed(stage: &Stage, certify: bool) -> (usize, f64) {
     let render = |refiner: RefinerConfig| -> Image {
         let config = PipelineConfig {
@@ -68,7 +68,8 @@ fn with_proofs_no_thin_shadow_is_missed() {
         );
         assert_eq!(missed_with, 0, "{name}");
         assert!(spared > 0.05, "{name}: all was traced");
-        // Otherwise they show nothing; the slit is found at a corner and followed.
+        // Without certificates, wires must be missed, or the test has no power; the slit is found at a corner
+        // and followed.
         assert!(name != "wires" || missed_without > 10, "{missed_without}");
     }
 }

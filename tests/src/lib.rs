@@ -1,4 +1,4 @@
-//! Harness of the tests: scenes that are ready to render, and ways to render and compare them.
+//! Harness of the tests: scenes that are ready to render, and functions to render and compare them.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use halflight::pipeline::{Image, Pipeline, PipelineBuilder};
 use halflight::prepared::PreparedScene;
 use halflight::scene::{Camera, Material, Mesh, Scene};
 
-/// Whatever goes wrong while a test is set up.
+/// Error while a test is set up.
 pub type SetupError = Box<dyn std::error::Error>;
 
 /// A scene with its BVH.
@@ -18,7 +18,7 @@ pub type SetupError = Box<dyn std::error::Error>;
 pub struct Stage {
     /// The scene.
     pub scene: Arc<Scene>,
-    /// Its BVH.
+    /// BVH over its mesh.
     pub bvh: Arc<Bvh>,
     /// Both together.
     pub prepared: PreparedScene,
@@ -28,7 +28,7 @@ impl Stage {
     /// Builds the BVH of a scene.
     ///
     /// # Errors
-    /// The mesh cannot be used.
+    /// An error if the mesh is invalid.
     pub fn new(scene: Scene) -> Result<Self, SetupError> {
         let prepared = PreparedScene::new(scene)?;
         Ok(Self { scene: Arc::new(prepared.scene().clone()), bvh: Arc::clone(prepared.bvh()), prepared })
@@ -37,7 +37,7 @@ impl Stage {
     /// A bundled scene.
     ///
     /// # Errors
-    /// There is none of this name.
+    /// An error if there is no scene of this name.
     pub fn bundled(name: &str) -> Result<Self, SetupError> {
         Self::new(halflight::scene_file::load_bundled(name)?.scene)
     }
@@ -50,7 +50,7 @@ impl Stage {
     /// Renders one frame of a configuration.
     ///
     /// # Errors
-    /// The pipeline cannot be built.
+    /// An error if the pipeline cannot be built.
     pub fn render(&self, config: &PipelineConfig) -> Result<Image, SetupError> {
         let mut pipeline = config.builder(&self.prepared).build()?;
         Ok(pipeline.render()?.clone())
@@ -71,8 +71,8 @@ pub fn quads(list: &[(Vec3, Vec3, Vec3)]) -> Mesh {
     mesh
 }
 
-/// A floor of 20 × 20 m with a blocker of 1 × 1 m a metre above it, under a square light, seen from the side: umbra,
-/// penumbra and open floor, and sky above the horizon.
+/// Floor of 20 × 20 m with a blocker of 1 × 1 m a metre above it, under a square light, seen from the side:
+/// umbra, penumbra and open floor, and background above the horizon.
 pub fn blocker_over_floor() -> Scene {
     Scene {
         mesh: Arc::new(quads(&[
@@ -90,7 +90,7 @@ pub fn blocker_over_floor() -> Scene {
     }
 }
 
-/// A square light that shines down, centred at a point.
+/// Square light that faces down, centred at a point.
 pub fn square_light(centre: Vec3, side: f32) -> AreaLight {
     AreaLight {
         corner: centre - Vec3::new(side, 0.0, side) * 0.5,
@@ -101,20 +101,20 @@ pub fn square_light(centre: Vec3, side: f32) -> AreaLight {
     }
 }
 
-/// A floor below a lamp of 1 × 1 m that is flush with a surface or hangs above one.
+/// Floor below a lamp of 1 × 1 m that is flush with a surface or hangs above one.
 #[derive(Clone, Copy, Debug)]
 pub struct Room {
-    /// Turns everything about the world's origin, before it is shifted.
+    /// Rotation about the world's origin, applied before the shift.
     pub turn: DQuat,
-    /// Moves everything, metres.
+    /// Translation, metres.
     pub shift: DVec3,
     /// Height of the lamp above the floor, metres.
     pub height: f64,
     /// Side of the square surface at the lamp, metres.
     pub cover: f64,
-    /// How far below the lamp that surface lies, metres.
+    /// Distance of that surface below the lamp, metres.
     pub gap: f64,
-    /// Whether the lamp shines upwards as well.
+    /// True if the lamp also emits upwards.
     pub two_sided: bool,
 }
 
@@ -132,7 +132,8 @@ impl Default for Room {
 }
 
 impl Room {
-    /// The floor, triangles 0 and 1, and the surface, 2 and 3, whose corners are rounded in other units than the lamp's.
+    /// Builds the scene: the floor, triangles 0 and 1, and the surface, 2 and 3, whose corners are rounded
+    /// independently of the lamp's.
     pub fn scene(&self) -> Scene {
         let place = |p: DVec3| self.turn * p + self.shift;
         let rounded = |p: DVec3| (place(p) * 100.0).as_vec3() * 0.01;
@@ -162,7 +163,7 @@ impl Room {
     }
 }
 
-/// `SSE / Σ reference²` of the irradiance of two images of one size.
+/// Squared error `SSE / Σ reference²` of the irradiance of two images of one size.
 pub fn nmse2(image: &Image, reference: &Image) -> f64 {
     let (mut error, mut energy) = (0.0, 0.0);
     for (a, b) in image.irradiance.iter().zip(&reference.irradiance) {

@@ -1,4 +1,4 @@
-//! Names and documents: retired words stay away, ARCHITECTURE.md names what there is, links lead somewhere.
+//! Names and documents: retired words stay away, ARCHITECTURE.md is complete, and links lead to files.
 
 #![allow(clippy::unwrap_used)]
 
@@ -76,7 +76,7 @@ fn files(folder: &str, endings: &[&str]) -> Vec<PathBuf> {
     found
 }
 
-/// Returns whether a text has a word that is not part of a longer one.
+/// True if a text contains a word that is not part of a longer one.
 fn has_word(text: &str, word: &str) -> bool {
     let part = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
     text.match_indices(word)
@@ -103,7 +103,7 @@ fn retired_names_do_not_come_back() {
     assert!(faults.is_empty(), "{faults:#?}");
 }
 
-/// Returns the names that ARCHITECTURE.md must have and leaves out.
+/// Names missing from ARCHITECTURE.md.
 fn unnamed(text: &str) -> Vec<String> {
     let mut must = BTreeSet::new();
     for folder in ["crates", "crates/halflight-cpu/src"] {
@@ -132,7 +132,7 @@ fn the_architecture_names_every_crate_folder_and_stage() {
     );
 }
 
-/// Targets of a text's links that are files.
+/// Link targets of a text that are files.
 fn links(text: &str) -> Vec<&str> {
     let parts = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
     parts

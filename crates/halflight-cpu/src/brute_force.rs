@@ -1,4 +1,4 @@
-//! The truth that exact backends are held against: every triangle, asked in exact arithmetic.
+//! Reference for exact backends: every wanted sample against every triangle, in exact arithmetic.
 
 use glam::Vec3;
 use halflight_core::frame::Frame;
@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use crate::occluder::exact;
 
-/// Exact visibility without a BVH, a filter or a box: every wanted sample is asked of every triangle, by exact
-/// predicates (Shewchuk 1997). Far too slow for images.
+/// Exact visibility without a BVH, a filter or a bounding box: tests every wanted sample against every
+/// triangle by exact predicates (Shewchuk 1997). Far too slow for images.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BruteForce;
 
@@ -35,8 +35,8 @@ impl Visibility for BruteForce {
     }
 }
 
-/// Whether the open segment from `origin` to `end` meets one of the closed triangles, given by their corners, in a single
-/// point; one that has an end of the segment in its plane is not met.
+/// True if the open segment from `origin` to `end` meets one of the closed triangles, given by their corners,
+/// in a single point. A triangle whose plane contains an end of the segment is not met.
 pub fn occluded(origin: Vec3, end: Vec3, triangles: impl IntoIterator<Item = [Vec3; 3]>) -> bool {
     triangles.into_iter().any(|corners| exact::meets(origin, end, corners))
 }
@@ -50,15 +50,15 @@ mod tests {
 
     #[test]
     fn half_a_light_behind_a_sheet() {
-        // Seen from the origin, the sheet at half the light's height ends where the light's middle is. Samples of even
-        // grids keep clear of it.
+        // Seen from the origin, the sheet at half the light's height ends at the light's centre. No sample of
+        // an even grid lies there.
         let sheet = [Vec3::new(0.0, 1.0, -9.0), Vec3::new(0.0, 1.0, 9.0), Vec3::new(9.0, 1.0, 0.0)];
         let scene = scene(&[sheet], lamp(Vec3::Y * 2.0, 1.0));
         let pattern = Pattern::with_count(PatternKind::Grid, 64).unwrap();
         let mut batch = ask(&[Vec3::ZERO, Vec3::NEG_X * 9.0], pattern, false);
         let found = answer(&mut BruteForce, &scene, &mut batch);
         assert_eq!(found, [0x0f0f_0f0f_0f0f_0f0f, u64::MAX]);
-        // Bits that are not wanted stay off.
+        // Bits that are not wanted stay 0.
         let mut batch = ask(&[Vec3::ZERO], pattern, true);
         let wanted = batch.wanted(0)[0];
         assert_eq!(answer(&mut BruteForce, &scene, &mut batch), [wanted & 0x0f0f_0f0f_0f0f_0f0f]);

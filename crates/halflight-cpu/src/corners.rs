@@ -1,9 +1,10 @@
-//! A cell's corners: the pixels that its values are interpolated from.
+//! Corners of a cell: the pixels between which its values are interpolated.
 
 use crate::tangent_plane::TangentPlanes;
 
-/// Corner pixels of a square cell: its own first pixel and the first ones of the cells right of and below it, clamped to the
-/// image's last column and row; a pixel's is itself. In the order top left, top right, bottom left, bottom right; at the border they may coincide.
+/// Corner pixels of a square cell: its own first pixel and the first pixels of the cells right of and below
+/// it, clamped to the image's last column and row. All four corners of a single-pixel cell are the pixel
+/// itself. The order is top left, top right, bottom left, bottom right; at the border they may coincide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Corners {
     width: usize,
@@ -16,7 +17,7 @@ pub(crate) struct Corners {
 }
 
 impl Corners {
-    /// The corners of cell (x, y) of a level in an image of this size, in which the cell's first pixel lies.
+    /// Corners of cell (x, y) of a level in an image of this size, which contains the cell's first pixel.
     #[inline]
     pub(crate) fn new(width: u32, height: u32, level: u8, x: u32, y: u32) -> Self {
         let (x0, y0) = (x << level, y << level);
@@ -26,19 +27,20 @@ impl Corners {
         Self { width: width as usize, x0, y0, x1, y1, across: inverse(x1 - x0), down: inverse(y1 - y0) }
     }
 
-    /// Columns and rows.
+    /// Columns and rows of the corners.
     #[inline]
     pub(crate) fn places(&self) -> [(u32, u32); 4] {
         [(self.x0, self.y0), (self.x1, self.y0), (self.x0, self.y1), (self.x1, self.y1)]
     }
 
-    /// Indices in the image.
+    /// Indices of the corners in the image.
     #[inline]
     pub(crate) fn pixels(&self) -> [usize; 4] {
         self.places().map(|(x, y)| y as usize * self.width + x as usize)
     }
 
-    /// Bilinear weights of the corners at pixel (x, y); extrapolated where it does not lie between them.
+    /// Bilinear weights of the corners at pixel (x, y); extrapolated where the pixel does not lie between
+    /// them.
     #[inline]
     pub(crate) fn weights(&self, x: u32, y: u32) -> [f32; 4] {
         let u = (x as f32 - self.x0 as f32) * self.across;
@@ -46,8 +48,8 @@ impl Corners {
         [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v]
     }
 
-    /// The value at pixel (x, y): bilinear between the corners that nothing parts from it and whose value exists (is no
-    /// NaN), their weights renormalised. NaN without any.
+    /// Value at pixel (x, y): bilinear between the corners that no surface discontinuity separates from it
+    /// and whose value exists (is not NaN), with renormalised weights. NaN if there are none.
     #[inline]
     pub(crate) fn interpolate(&self, planes: &TangentPlanes, values: &[f32; 4], x: u32, y: u32) -> f32 {
         let pixel = y as usize * self.width + x as usize;
@@ -66,12 +68,13 @@ impl Corners {
             plain += value;
             count += 1.0;
         }
-        // Those that are left may have next to no weight.
+        // The remaining corners may have a weight of almost zero.
         if total > 1e-3 { sum / total } else { plain / count }
     }
 
-    /// Whether something holds wherever pixels of finer cells meet this one: along its four edges, and just outside the left
-    /// and the top one. What lies just outside the others is on these edges, which belong to the next cells.
+    /// True if a predicate holds wherever pixels of finer cells border on this one: along its four edges, and
+    /// just outside the left and the top one. Pixels just outside the right and the bottom edge lie on these
+    /// edges, which belong to the next cells.
     #[inline]
     pub(crate) fn all_edges(&self, mut holds: impl FnMut(u32, u32) -> bool) -> bool {
         let Self { x0, y0, x1, y1, .. } = *self;
@@ -86,7 +89,7 @@ impl Corners {
 mod tests {
     use super::*;
 
-    /// Number of places on and beside a cell's edges.
+    /// Number of positions on and beside a cell's edges.
     fn edges(corners: &Corners) -> usize {
         let mut count = 0;
         corners.all_edges(|_, _| {
@@ -101,7 +104,7 @@ mod tests {
         let inner = Corners::new(10, 7, 2, 1, 0);
         assert_eq!(inner.places(), [(4, 0), (8, 0), (4, 4), (8, 4)]);
         assert_eq!(inner.pixels(), [4, 8, 44, 48]);
-        // Three a side, and five outside the left one; nothing is above.
+        // Three per side, and five outside the left one; the row above is outside the image.
         assert_eq!(edges(&inner), 4 * 3 + 5);
         assert!(inner.all_edges(|x, y| (3..=8).contains(&x) && y <= 4));
         assert!(!inner.all_edges(|x, y| (x, y) != (3, 4)));

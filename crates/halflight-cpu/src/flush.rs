@@ -1,13 +1,16 @@
-//! Lights that are flush with geometry: lamps in the plane of a ceiling, and models that still hold the lamp's own polygon.
+//! Lights that are flush with geometry: lamps in the plane of a ceiling, and models that still contain the
+//! lamp's own polygon.
 //!
-//! Positions of light and surface are rounded independently, so that the surface lies a few units in the last place before
-//! the light or behind it, and would hide all, some or none of it by chance. The rule, which holds for every visibility
+//! Positions of light and surface are rounded independently. The surface therefore lies a few units in the
+//! last place in front of the light or behind it, and would hide all, some or none of it by chance. One rule
+//! holds for every visibility backend on the CPU and on the GPU alike:
 //! backend on the CPU and on the GPU alike:
 //!
-//! - A light is flush with a triangle if all of the triangle that lies over the light, seen along the light's normal, is
-//!   within [`FLUSH`] times the largest coordinate of both from the light's plane: 16 to 32 units in the last place.
-//! - Such a triangle does not hide the light: the light is moved along its normal to just before it, by at most as much. A
-//!   two-sided light becomes two one-sided ones, each moved to its own side.
+//! - A light is flush with a triangle if all of the triangle that lies over the light, seen along the light's
+//!   normal, is within [`FLUSH`] times the largest coordinate of both from the light's plane: 16 to 32 units
+//!   in the last place.
+//! - Such a triangle does not hide the light: the light is moved along its normal to just before it, by at
+//!   most that distance. A two-sided light becomes two one-sided ones, each moved to its own side.
 //! - A triangle that is farther away hides the light as any other.
 
 use std::fmt;
@@ -18,20 +21,20 @@ use halflight_core::scene::{Mesh, Scene};
 
 use crate::bvh::Bvh;
 
-/// Distance from a light within which triangles count as flush, as a share of the largest coordinate.
+/// Distance from a light within which triangles count as flush, relative to the largest coordinate.
 pub const FLUSH: f64 = 32.0 / 16_777_216.0;
 
-/// What rounding of a light's own points may move them by, as a share of its largest coordinate.
+/// Bound on the rounding error of a light's own points, relative to its largest coordinate.
 const ROUNDING: f64 = 8.0 / 16_777_216.0;
 
-/// A light that is flush with triangles.
+/// Light that is flush with triangles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlushLight {
     /// Index of the light in the scene.
     pub light: u32,
-    /// The triangles, by their indices in the mesh, in order.
+    /// Indices of the triangles in the mesh, in ascending order.
     pub triangles: Vec<u32>,
-    /// How far the light was moved, metres; the larger distance for a two-sided one.
+    /// Distance by which the light was moved, metres; the larger one for a two-sided light.
     pub moved: f32,
 }
 
@@ -67,7 +70,7 @@ pub fn separate_lights(scene: &Scene, bvh: Option<&Bvh>) -> (Vec<AreaLight>, Vec
     })
 }
 
-/// `candidates` returns at least the triangles whose boxes touch a box.
+/// Separates the lights of a scene. `candidates` returns at least the triangles whose boxes touch a box.
 fn separate_from(
     scene: &Scene,
     largest: f32,
@@ -88,7 +91,7 @@ fn separate_from(
         let (mut before, mut behind) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
         triangles.retain(|&triangle| {
             let Some((lowest, highest)) = plane.heights(&scene.mesh, triangle) else { return false };
-            // What lies clearly behind a one-sided light does not hide it anyway.
+            // Triangles clearly behind a one-sided light never hide it.
             if !light.two_sided && highest < -plane.slack() {
                 return false;
             }
@@ -112,13 +115,13 @@ fn separate_from(
     (lights, flush)
 }
 
-/// A light's plane and the places in it.
+/// Plane of a light, with coordinates on it.
 struct Plane {
     corner: DVec3,
     normal: DVec3,
-    /// Products of these with a point seen from the corner are its place, 0 … 1 along each edge.
+    /// Vectors whose products with a point relative to the corner are its coordinates, 0 … 1 along each edge.
     dual: [DVec3; 2],
-    /// The light's largest coordinate.
+    /// Largest absolute coordinate of the light.
     size: f64,
 }
 
@@ -139,12 +142,12 @@ impl Plane {
         self.size * ROUNDING
     }
 
-    /// Returns the least and the greatest height, along the normal, of what a triangle has over the light, if it has any and
-    /// all of that is flush with the light.
+    /// Returns the least and the greatest height, along the normal, of the part of a triangle that lies over
+    /// the light. None if there is no such part, or if not all of it is flush with the light.
     fn heights(&self, mesh: &Mesh, triangle: u32) -> Option<(f64, f64)> {
         let corners = mesh.corners(triangle as usize).map(Vec3::as_dvec3);
         let largest = corners.iter().fold(self.size, |most, corner| most.max(corner.abs().max_element()));
-        // Place on the light and height.
+        // Position on the light, and height.
         let points = corners.map(|corner| {
             let seen = corner - self.corner;
             (DVec2::new(self.dual[0].dot(seen), self.dual[1].dot(seen)), self.normal.dot(seen))
@@ -161,7 +164,7 @@ impl Plane {
     }
 }
 
-/// The part of a polygon where `inside` is positive (Sutherland and Hodgman 1974).
+/// Part of a polygon where `inside` is positive (Sutherland and Hodgman 1974).
 fn clip(polygon: &[(DVec2, f64)], inside: impl Fn(DVec2) -> f64) -> Vec<(DVec2, f64)> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (index, &(to, to_height)) in polygon.iter().enumerate() {
@@ -178,7 +181,7 @@ fn clip(polygon: &[(DVec2, f64)], inside: impl Fn(DVec2) -> f64) -> Vec<(DVec2, 
     kept
 }
 
-/// The area of a polygon, as a share of the light's.
+/// Area of a polygon, relative to the light's area.
 fn area(polygon: &[(DVec2, f64)]) -> f64 {
     let next = polygon.iter().cycle().skip(1);
     let sum: f64 = polygon.iter().zip(next).map(|(&(a, _), &(b, _))| a.perp_dot(b)).sum();

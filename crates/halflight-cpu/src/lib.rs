@@ -1,4 +1,4 @@
-//! The stages of Halflight on the CPU: the definition of correct.
+//! The stages of Halflight on the CPU: the reference implementation.
 
 pub mod beam;
 pub mod brute_force;

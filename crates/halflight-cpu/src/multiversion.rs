@@ -1,7 +1,7 @@
-//! Compiles a kernel for several instruction sets and picks one at run time.
+//! Multiversioning: compiles a kernel for several instruction sets and selects one at run time.
 //!
-//! The kernels are plain loops over short arrays that the compiler turns into vector code; no floating-point operation is
-//! fused or reordered, so all versions give the same bits.
+//! The kernels are plain loops over short arrays that the compiler vectorises. No floating-point operation is
+//! fused or reordered, so all versions give identical bits.
 
 /// Defines `fn $name(args) -> ret` that runs the widest version of the body that the CPU has.
 macro_rules! multiversion {

@@ -1,13 +1,13 @@
-//! Tasks of the visibility backends: their size, and working memory that they borrow and that lasts from frame to frame.
+//! Tasks of the visibility backends: their size, and reusable working memory that outlasts frames.
 
 use std::fmt;
 use std::sync::{Mutex, PoisonError};
 
-/// Groups of neighbouring queries, or chunks of them, that one task answers at most. Their cost differs by more than ten times,
-/// and threads that are done early would wait for longer tasks.
+/// Most groups or chunks of neighbouring queries that one task answers. Their costs differ by more than ten
+/// times, and threads that finish early would wait for longer tasks.
 pub(crate) const TASK: usize = 16;
 
-/// Things that are not in use.
+/// Objects that are not in use.
 pub(crate) struct Pool<T>(Mutex<Vec<Box<T>>>);
 
 impl<T> fmt::Debug for Pool<T> {
@@ -23,7 +23,7 @@ impl<T> Default for Pool<T> {
 }
 
 impl<T> Pool<T> {
-    /// Lends a task one that is not in use, or a new one. It holds what the task before left in it.
+    /// Lends a task an unused object, or a new one. The object still holds the state of its previous task.
     pub(crate) fn lend<R>(&self, new: impl FnOnce() -> T, task: impl FnOnce(&mut T) -> R) -> R {
         let idle = self.0.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut lent = idle.unwrap_or_else(|| Box::new(new()));

@@ -1,7 +1,8 @@
-//! Builds the discontinuity pyramid from the G-buffer.
+//! Construction of the discontinuity pyramid from the G-buffer.
 //!
-//! Differences are taken between pixels of the same cell only: a max-mipmap of forward differences, as the papers build
-//! it, also flags cells whose break lies just outside, which is 16 to 19 % more fragments for nothing.
+//! Differences are taken between pixels of the same cell only. A max-mipmap of forward differences, as the
+//! papers build it, also flags cells whose discontinuity lies just outside, which makes 16 to 19 % more
+//! fragments without benefit.
 
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
@@ -34,7 +35,7 @@ pub fn build(gbuffer: &GBuffer, coarsest: u8, pyramid: &mut Pyramid) {
     }
 }
 
-/// One level from the next finer one and the pixel pairs across the seams between its four children.
+/// Builds one level from the next finer one and the pixel pairs across the borders between its four children.
 fn build_level(gbuffer: &GBuffer, level: u32, finer: Option<&PyramidLevel>, out: &mut PyramidLevel) {
     out.width = gbuffer.width.div_ceil(1 << level);
     out.height = gbuffer.height.div_ceil(1 << level);
@@ -72,8 +73,8 @@ fn build_level(gbuffer: &GBuffer, level: u32, finer: Option<&PyramidLevel>, out:
     );
 }
 
-/// Largest break at the pixels along the two seams of a cell. Pixels away from the seams have all their pairs inside one
-/// child, whose own level has seen them.
+/// Largest discontinuity between pixels along the two inner borders of a cell. All other pairs lie inside one
+/// child and are included in the finer level.
 fn seams(gbuffer: &GBuffer, level: u32, cell_x: u32, cell_y: u32) -> Break {
     let size = 1 << level;
     let half = size / 2;
@@ -96,8 +97,8 @@ fn seams(gbuffer: &GBuffer, level: u32, cell_x: u32, cell_y: u32) -> Break {
     worst
 }
 
-/// Squared break between two neighbouring pixels: depth relative to the nearer one, and the chord between the unit
-/// normals, which is `2 sin(acos(N·N')/2)`.
+/// Squared discontinuity between two neighbouring pixels: depth difference relative to the nearer one, and
+/// the chord between the unit normals, which is `2 sin(acos(N·N')/2)`.
 #[inline]
 fn pair(gbuffer: &GBuffer, a: usize, b: usize) -> Break {
     let (near, far) = {
@@ -128,7 +129,7 @@ mod tests {
         gbuffer
     }
 
-    /// All pairs inside a cell, one by one.
+    /// Largest discontinuity of all pairs inside a cell, by brute force.
     fn direct(gbuffer: &GBuffer, level: u32, x: u32, y: u32) -> Break {
         let size = 1 << level;
         let (x0, y0) = (x * size, y * size);

@@ -1,4 +1,4 @@
-//! Positions of light samples, a block at a time, as vectors.
+//! Positions of light samples, a vector of samples at a time.
 
 use glam::Vec3;
 use halflight_core::light::AreaLight;
@@ -7,14 +7,14 @@ use halflight_core::pattern::{Pattern, PatternKind};
 use crate::occluder::Vector;
 use crate::simd::Lanes;
 
-/// Light samples that are evaluated together.
+/// Number of light samples that are evaluated together.
 pub(crate) const LANES: usize = 16;
 
-/// 0, 1, 2 …
+/// Lane indices 0, 1, 2 …
 const COUNT: [f32; LANES] =
     [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
 
-/// Positions of samples `first .. first + LANES` as one array an axis.
+/// Positions of samples `first .. first + LANES`, one array per axis.
 #[inline(always)]
 pub(crate) fn positions<L: Lanes>(
     light: &AreaLight,
@@ -30,14 +30,14 @@ pub(crate) fn positions<L: Lanes>(
 }
 
 /// Positions of samples `first .. first + L::WIDTH`: bit for bit those of [`Pattern::position`] and
-/// [`AreaLight::point`]. Samples past the end of the pattern are finite and mean nothing.
+/// [`AreaLight::point`]. Lanes past the end of the pattern are finite and meaningless.
 #[inline(always)]
 pub(crate) fn points<L: Lanes>(light: &AreaLight, pattern: Pattern, key: u32, first: usize) -> Vector<L> {
     let (columns, rows) = (f32::from(pattern.columns), f32::from(pattern.rows));
     let (scale_u, scale_v) = (L::splat(1.0 / columns), L::splat(1.0 / rows));
     let half = L::splat(0.5);
     let index = L::load(&COUNT).add(L::splat(first as f32));
-    // Half a sample keeps the quotient away from whole numbers by more than rounding moves it.
+    // Half a sample keeps the quotient away from integers by more than its rounding error.
     let row = index.add(half).mul(scale_u).truncate();
     let column = index.sub(row.mul(L::splat(columns)));
     let (du, dv) = match pattern.kind {
@@ -52,8 +52,8 @@ pub(crate) fn points<L: Lanes>(light: &AreaLight, pattern: Pattern, key: u32, fi
     Vector::splat(light.corner).add(along).add(across)
 }
 
-/// Geometry terms `cosθx cosθy / r²` of samples at `d` from the receiver, 0 below either horizon; `facing` is the light's
-/// normal with its side resolved towards the receiver.
+/// Geometry terms `cosθx cosθy / r²` of samples at `d` relative to the receiver, 0 below either horizon;
+/// `facing` is the light's normal on the side of the receiver.
 #[inline(always)]
 pub(crate) fn geometry_terms<L: Lanes>(d: Vector<L>, normal: Vec3, facing: Vec3) -> L {
     let zero = L::splat(0.0);
@@ -65,7 +65,7 @@ pub(crate) fn geometry_terms<L: Lanes>(d: Vector<L>, normal: Vec3, facing: Vec3)
     zero.select(zero.lt(squared), terms)
 }
 
-/// The light's unit normal on the side of `origin`, or `None` when it sends nothing there.
+/// Unit normal of the light on the side of `origin`, or `None` if the light emits nothing towards it.
 #[inline]
 pub(crate) fn facing(light: &AreaLight, normal: Vec3, origin: Vec3) -> Option<Vec3> {
     if !light.emits_towards(origin) {

@@ -1,8 +1,8 @@
-//! Vectors of single-precision numbers whose width is chosen at run time.
+//! SIMD vectors of single-precision numbers whose width is selected at run time.
 //!
 //! A `Kernel` is written once over the `Lanes` of a `Simd` level and compiled for each; `Isa::run` enters the
-//! version for an instruction set that the CPU was found to have. No operation is fused or approximate, so all
-//! versions give the same bits.
+//! version for an instruction set that the CPU was found to have. No operation is fused or approximate, so
+//! all versions give identical bits.
 
 #![allow(unsafe_code)]
 
@@ -10,65 +10,66 @@ mod baseline;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-/// A vector of `WIDTH` numbers. Comparisons give one bit a lane, lane 0 lowest.
+/// Vector of `WIDTH` numbers. Comparisons return one bit per lane, lane 0 lowest.
 pub(crate) trait Lanes: Copy {
     /// Number of lanes.
     const WIDTH: usize;
-    /// One bit for each lane.
+    /// Mask of all lanes.
     const ALL: u32 = ((1u64 << Self::WIDTH) - 1) as u32;
 
     fn splat(value: f32) -> Self;
-    /// The first `WIDTH` numbers of `from`, which has at least as many.
+    /// Loads the first `WIDTH` numbers of `from`, which has at least as many.
     fn load(from: &[f32]) -> Self;
-    /// Into the first `WIDTH` numbers of `to`, which has at least as many.
+    /// Stores into the first `WIDTH` numbers of `to`, which has at least as many.
     fn store(self, to: &mut [f32]);
     fn add(self, other: Self) -> Self;
     fn sub(self, other: Self) -> Self;
     fn mul(self, other: Self) -> Self;
     fn div(self, other: Self) -> Self;
-    /// `self < other ? self : other`.
+    /// Returns `self < other ? self : other`.
     fn min(self, other: Self) -> Self;
-    /// `self > other ? self : other`.
+    /// Returns `self > other ? self : other`.
     fn max(self, other: Self) -> Self;
     fn abs(self) -> Self;
     /// Flips the sign bit of `self` where that of `signs` is set.
     fn flip(self, signs: Self) -> Self;
-    /// Lanes of `other` where `mask` has a bit, of `self` elsewhere.
+    /// Returns the lanes of `other` where `mask` has a bit, of `self` elsewhere.
     fn select(self, mask: u32, other: Self) -> Self;
-    /// Towards 0, for positive numbers that fit 32 bits.
+    /// Rounds towards 0, for positive numbers that fit 32 bits.
     fn truncate(self) -> Self;
-    /// A word a lane with bits `first .. end` set, both whole, not negative and taken as 32 when larger, into the first
-    /// `WIDTH` words of `to`.
+    /// Writes one word per lane, with bits `first .. end` set, into the first `WIDTH` words of `to`. Both
+    /// bounds are integers, not negative, and clamped to 32.
     fn run_of_bits(first: Self, end: Self, to: &mut [u32; 16]);
-    /// Random places of samples in their strata, by their whole indices: `unit_pair(sample_bits(key, index))` of
-    /// [`halflight_core::hash`].
+    /// Random positions of samples in their strata, by the samples' integer indices:
+    /// `unit_pair(sample_bits(key, index))` of [`halflight_core::hash`].
     fn jitter(key: u32, index: Self) -> (Self, Self);
-    /// The least of all lanes, none of them NaN.
+    /// Least of all lanes, none of them NaN.
     fn least(self) -> f32;
-    /// The greatest of all lanes, none of them NaN.
+    /// Greatest of all lanes, none of them NaN.
     fn greatest(self) -> f32;
     fn lt(self, other: Self) -> u32;
     fn le(self, other: Self) -> u32;
 }
 
-/// The vectors of one instruction set.
+/// Vector types of one instruction set.
 pub(crate) trait Simd: 'static {
-    /// The widest.
+    /// Widest vector.
     type Wide: Lanes;
-    /// Eight lanes, for data that comes in eights.
+    /// Vector of eight lanes, for data in groups of eight.
     type Eight: Lanes;
 
-    /// Runs a kernel as a function of its own: code that several kernels share is then compiled once for each
+    /// Runs a kernel as a separate function: code that several kernels share is then compiled once for each
     /// instruction set.
     fn call<K: Kernel>(kernel: K) -> K::Output;
 
-    /// The lowest bits of `bits`, put where `mask` has bits.
+    /// Scatters the lowest bits of `bits` to the positions of the set bits of `mask` (PDEP).
     fn deposit(bits: u64, mask: u64) -> u64;
 }
 
-/// Work that is compiled for every instruction set. `run` and what it calls must be `#[inline(always)]`.
+/// Code that is compiled for every instruction set. `run` and the functions it calls must be
+/// `#[inline(always)]`.
 pub(crate) trait Kernel {
-    /// What it gives.
+    /// Result of the kernel.
     type Output;
     fn run<S: Simd>(self) -> Self::Output;
 }
@@ -82,15 +83,15 @@ enum Level {
     Avx512,
 }
 
-/// An instruction set that this processor has.
+/// Instruction set that this CPU has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Isa(Level);
 
 impl Isa {
-    /// What every processor of the architecture has.
+    /// Instruction set that every CPU of the architecture has.
     pub const BASELINE: Self = Self(Level::Baseline);
 
-    /// All that this processor has, narrowest first.
+    /// Instruction sets of this CPU, narrowest first.
     pub fn available() -> impl Iterator<Item = Self> {
         let mut levels = [Some(Self::BASELINE), None, None];
         #[cfg(target_arch = "x86_64")]
@@ -104,7 +105,7 @@ impl Isa {
         levels.into_iter().flatten()
     }
 
-    /// The widest that this processor has.
+    /// Widest instruction set of this CPU.
     pub fn best() -> Self {
         Self::available().last().unwrap_or(Self::BASELINE)
     }
@@ -128,11 +129,12 @@ impl Isa {
 mod tests {
     use super::*;
 
-    /// Sixteen awkward numbers.
+    /// Sixteen numbers, many of them edge cases.
     const NUMBERS: [f32; 16] =
         [0.0, -0.0, 1.5, -2.25, 1e-20, 3e30, -7.0, 0.1, 0.3333, -1e-3, 5.0, 9.0, 1e9, 2.0, -4.0, 8.0];
 
-    /// The results of every operation on [`NUMBERS`] and the same turned by `turn`, as bits, sixteen for each.
+    /// Kernel that collects the results of every operation on [`NUMBERS`] and on their rotation by `turn`, as
+    /// bits, sixteen for each.
     struct Everything {
         turn: usize,
     }

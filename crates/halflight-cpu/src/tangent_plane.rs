@@ -1,8 +1,9 @@
-//! Tangent-plane test: does one surface point rise above another's tangent plane?
+//! Tangent-plane test: decides if one surface point lies above another's tangent plane.
 //!
-//! What rises above a point can shadow it at close range, or lies across a step from it; what lies below can do neither. So
-//! a visible fraction may be interpolated over convex surfaces, however curved, and not over concave creases and steps. Grooves
-//! along sharp convex edges are finer than pixels; whoever cannot afford to miss these asks for [`TangentPlanes::turns`].
+//! A point above another's tangent plane can shadow it at close range, or lies across a depth discontinuity
+//! from it; a point below can do neither. A visible fraction may therefore be interpolated over convex
+//! surfaces, however curved, and not over concave creases and depth discontinuities. Grooves along sharp
+//! convex edges are finer than pixels; callers that must not miss them use [`TangentPlanes::turns`].
 
 use glam::Vec3;
 use halflight_core::frame::Frame;
@@ -11,18 +12,21 @@ use serde::{Deserialize, Serialize};
 
 use crate::multiversion::multiversion;
 
-/// Pairs of pixels that are looked at together.
+/// Number of pixel pairs that are tested together.
 pub(crate) const RUN: usize = 16;
 
-/// How far one point may rise above the other's tangent plane, either way, before nothing is interpolated between them.
+/// Limits on the elevation of either point above the other's tangent plane, beyond which nothing is
+/// interpolated between them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DiscontinuityLimits {
-    /// Elevation in degrees: 10, so that a concave crease of 20° parts its sides wherever it is seen, and one of 10° may.
-    /// Rounder hollows have no contact shadow that interpolation could lose.
+    /// Elevation in degrees: 10. A concave crease of 20° is then a surface discontinuity from every
+    /// direction, and one of 10° may be one. Flatter concavities have no contact shadow that interpolation
+    /// could lose.
     pub crease_deg: f32,
-    /// Height, in footprints of a pixel at the nearer one's depth, between pixels that are neighbours; more in proportion
-    /// between others: 1. On a floor seen at a glancing angle steps have no elevation to speak of.
+    /// Height, in footprints of a pixel at the nearer one's depth, for pixels that are neighbours, and in
+    /// proportion to the distance for others: 1. On a floor seen at a glancing angle, depth discontinuities
+    /// have almost no elevation.
     pub step_px: f32,
 }
 
@@ -32,7 +36,7 @@ impl Default for DiscontinuityLimits {
     }
 }
 
-/// Compares pixels of a frame.
+/// Tangent-plane tests between pixels of a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TangentPlanes<'a> {
     gbuffer: &'a GBuffer,
@@ -50,35 +54,37 @@ impl<'a> TangentPlanes<'a> {
         }
     }
 
-    /// Whether the pixel sees geometry.
+    /// True if the pixel sees geometry.
     #[inline]
     pub(crate) fn is_receiver(&self, pixel: usize) -> bool {
         self.gbuffer.is_receiver(pixel)
     }
 
-    /// The triangle that pixels see, if all see the same one or nothing.
+    /// Triangle that all given pixels see, if it is one and the same, or all see nothing.
     #[inline]
     pub(crate) fn triangle(&self, pixels: &[usize]) -> Option<u32> {
         let first = self.gbuffer.primitive[pixels[0]];
         pixels.iter().all(|&pixel| self.gbuffer.primitive[pixel] == first).then_some(first)
     }
 
-    /// Whether something parts two pixels that lie `apart` columns or rows from each other.
+    /// True if there is a surface discontinuity between two pixels that are `apart` columns or rows from each
+    /// other.
     #[inline]
     pub(crate) fn is_discontinuity(&self, a: usize, b: usize, apart: u32) -> bool {
         let primitive = &self.gbuffer.primitive;
-        // One triangle, or nothing on both sides.
+        // Both pixels see one triangle, or both see nothing.
         primitive[a] != primitive[b] && self.compare(a, b, apart).is_none_or(Elevations::is_discontinuity)
     }
 
-    /// Whether two pixels lie on one plane or nearly so, seen from both.
+    /// True if two pixels lie on one plane or nearly so, by the tangent planes of both.
     #[inline]
     pub(crate) fn is_level(&self, a: usize, b: usize, apart: u32) -> bool {
         let primitive = &self.gbuffer.primitive;
         primitive[a] == primitive[b] || self.compare(a, b, apart).is_some_and(Elevations::is_level)
     }
 
-    /// How two pixels that see different triangles rise above each other; `None` where one of them sees nothing.
+    /// Elevations of two pixels on different triangles above each other's tangent planes; `None` where one of
+    /// them sees nothing.
     #[inline]
     fn compare(&self, a: usize, b: usize, apart: u32) -> Option<Elevations> {
         let GBuffer { position, normal, depth, .. } = self.gbuffer;
@@ -93,7 +99,8 @@ impl<'a> TangentPlanes<'a> {
         Some(Elevations { above_a, above_b, limit, step: step + rounding })
     }
 
-    /// What may lie between up to [`RUN`] pairs of neighbours, (a, b), (a + 1, b + 1) and so on.
+    /// Pairs that may have a discontinuity, out of up to [`RUN`] pairs of neighbours (a, b), (a + 1, b + 1)
+    /// and so on.
     #[inline]
     pub(crate) fn suspects(&self, a: usize, b: usize, count: usize, edge: f32) -> Suspects {
         match (Run::new(self.gbuffer, a), Run::new(self.gbuffer, b)) {
@@ -102,10 +109,12 @@ impl<'a> TangentPlanes<'a> {
         }
     }
 
-    /// What lies between two neighbours, and whether it can shade one of them from a light close by.
+    /// Classifies two neighbours: by the discontinuity between them, and by the possibility that one shadows
+    /// the other from a light nearby.
     ///
-    /// Across a step that is many pixels high nothing on one side says anything about the other. Elsewhere a surface
-    /// shades what lies next to it only when some of the light is behind its plane, or when it stands in the way itself.
+    /// Across a depth discontinuity of many pixels, neither side has information about the other. Elsewhere a
+    /// surface shadows its neighbour only if some of the light is behind its plane, or if it occludes the
+    /// light itself.
     #[inline]
     pub(crate) fn between(&self, light: &LightCorners, a: usize, b: usize) -> Between {
         let primitive = &self.gbuffer.primitive;
@@ -121,25 +130,25 @@ impl<'a> TangentPlanes<'a> {
         }
         match (self.side(light, a), self.side(light, b)) {
             (Side::Unlit, Side::Unlit) => Between::Step,
-            // Two sides of a crease that both have all of the light before them.
+            // Two sides of a crease that both have all of the light in front of them.
             (Side::Lit, Side::Lit) if elevations.above_a > 0.0 && elevations.above_b > 0.0 => Between::Step,
             (Side::Lit, Side::Lit) if !self.hides(light, a, b) && !self.hides(light, b, a) => Between::Step,
             _ => Between::Shade,
         }
     }
 
-    /// Whether the normals of two pixels that see different triangles have a cosine below `edge`.
+    /// True if the normals of two pixels on different triangles have a cosine below `edge`.
     #[inline]
     pub(crate) fn turns(&self, a: usize, b: usize, edge: f32) -> bool {
         let GBuffer { primitive, normal, .. } = self.gbuffer;
         primitive[a] != primitive[b] && normal[a].dot(normal[b]) < edge
     }
 
-    /// Which side of a pixel's plane the light is on.
+    /// Side of a pixel's tangent plane on which the light lies.
     #[inline]
     pub(crate) fn side(&self, light: &LightCorners, pixel: usize) -> Side {
         let (position, normal) = (self.gbuffer.position[pixel], self.gbuffer.normal[pixel]);
-        // All corners are compared, since any of them may decide.
+        // All corners are compared, since any of them may be decisive.
         let (mut lit, mut unlit) = (true, true);
         for corner in light.0 {
             let height = normal.dot(corner - position);
@@ -155,7 +164,7 @@ impl<'a> TangentPlanes<'a> {
         }
     }
 
-    /// Whether what is seen at `other` stands, as seen from `pixel`, higher than some of the light in that direction.
+    /// True if the surface at `other`, seen from `pixel`, is higher than some of the light in that direction.
     #[inline]
     fn hides(&self, light: &LightCorners, pixel: usize, other: usize) -> bool {
         let GBuffer { position, normal, .. } = self.gbuffer;
@@ -175,17 +184,18 @@ impl<'a> TangentPlanes<'a> {
     }
 }
 
-/// Pairs of neighbours, a bit each, lowest first.
+/// Masks of pairs of neighbours, lowest bit first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Suspects {
-    /// [`TangentPlanes::between`] finds a step.
+    /// Pairs for which [`TangentPlanes::between`] returns a depth discontinuity.
     pub(crate) steps: u32,
-    /// Pairs that [`TangentPlanes::between`] and [`TangentPlanes::turns`] must look at; for all others these find nothing.
+    /// Pairs that need [`TangentPlanes::between`] and [`TangentPlanes::turns`]; all other pairs have no
+    /// discontinuity.
     pub(crate) others: u32,
 }
 
 multiversion! {
-    /// Looks at [`RUN`] pairs.
+    /// Tests [`RUN`] pairs.
     fn suspects(planes: &TangentPlanes, a: Run, b: Run, edge: f32) -> Suspects {
         let mut differ = 0;
         for lane in 0..RUN {
@@ -223,18 +233,18 @@ multiversion! {
     }
 }
 
-/// Pixels that follow each other in a row.
+/// Consecutive pixels of a row.
 #[derive(Clone, Copy)]
 struct Run<'a> {
     position: &'a [Vec3; RUN],
     normal: &'a [Vec3; RUN],
     depth: &'a [f32; RUN],
-    /// Triangles.
+    /// Triangles that the pixels see.
     seen: &'a [u32; RUN],
 }
 
 impl<'a> Run<'a> {
-    /// Those from `first` on; `None` where there are not enough.
+    /// Run from `first` on; `None` where too few pixels are left.
     #[inline]
     fn new(gbuffer: &'a GBuffer, first: usize) -> Option<Self> {
         let GBuffer { position, normal, depth, primitive, .. } = gbuffer;
@@ -247,7 +257,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Coordinates of vectors, each apart.
+/// Coordinates of vectors, one array per axis.
 #[inline(always)]
 fn components(vectors: &[Vec3; RUN]) -> [[f32; RUN]; 3] {
     let mut planes = [[0.0; RUN]; 3];
@@ -259,32 +269,34 @@ fn components(vectors: &[Vec3; RUN]) -> [[f32; RUN]; 3] {
     planes
 }
 
-/// Far from the origin single precision is coarser than a pixel: how much of the largest coordinate is left to it.
+/// Rounding error of positions, relative to the largest coordinate: far from the origin, single precision is
+/// coarser than a pixel.
 const ROUNDING: f32 = 8.0 * f32::EPSILON;
 
-/// What stands in the way begins anywhere between two pixels: it is taken to be this near.
+/// Assumed position of an occluder between two neighbouring pixels, as a fraction of their distance: it may
+/// begin anywhere between them.
 const NEAREST: f32 = 0.05;
 
-/// Steps higher than this many pixels have nothing in common with what is behind them: what they shade lies elsewhere. Lower
-/// ones may be ledges; at 8 a hall had a quarter more error.
+/// Height in pixels above which a depth discontinuity separates unrelated surfaces: the shadow of the nearer
+/// one falls elsewhere. Lower ones may be ledges; with 8 pixels, a hall had a quarter more error.
 const FAR_STEP_PX: f32 = 32.0;
 
-/// Corners of the light that shadows are asked of.
+/// Corners of the light for which shadows are tested.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightCorners(pub(crate) [Vec3; 4]);
 
-/// What lies between two neighbouring pixels.
+/// Relation of two neighbouring pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Between {
     /// One surface.
     Nothing,
-    /// Two surfaces, or one and nothing, that do not shade each other there.
+    /// Two surfaces, or one and the background, that do not shadow each other there.
     Step,
-    /// Two surfaces that may shade each other where they meet.
+    /// Two surfaces that may shadow each other where they meet.
     Shade,
 }
 
-/// Where the light is.
+/// Position of the light relative to a tangent plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {
     /// In front.
@@ -300,7 +312,7 @@ pub(crate) enum Side {
 struct Elevations {
     above_a: f32,
     above_b: f32,
-    /// What parts them.
+    /// Height above which there is a surface discontinuity.
     limit: f32,
     /// Footprint of a pixel.
     step: f32,
@@ -309,7 +321,7 @@ struct Elevations {
 impl Elevations {
     #[inline]
     fn is_discontinuity(self) -> bool {
-        // What is no number is parted.
+        // NaN counts as a discontinuity.
         self.above_a > self.limit || self.above_b > self.limit || (self.above_a + self.above_b).is_nan()
     }
 
@@ -329,8 +341,9 @@ mod tests {
 
     use super::*;
 
-    /// Whether two neighbouring pixels are parted: a point of a floor and one a pixel's footprint to its right and `up`
-    /// footprints above, whose normal leans to the right by `lean` degrees.
+    /// True if two neighbouring pixels are separated by a discontinuity: a point of a floor, and one a
+    /// pixel's footprint to its right and `up` footprints above it, whose normal leans to the right by `lean`
+    /// degrees.
     fn parted(up: f32, lean: f32, edit: impl Fn(&mut GBuffer)) -> bool {
         compared(up, lean, edit, |planes| {
             assert_eq!(planes.is_discontinuity(0, 1, 1), planes.is_discontinuity(1, 0, 1));
@@ -338,7 +351,7 @@ mod tests {
         })
     }
 
-    /// What is said about these two.
+    /// Result of a test for these two pixels.
     fn compared<T>(
         up: f32,
         lean: f32,
@@ -371,16 +384,16 @@ mod tests {
     fn convex_surfaces_are_one_and_creases_and_steps_part() {
         let as_is = |_: &mut GBuffer| {};
         assert!(!parted(0.0, 0.0, as_is));
-        // The edge of a table towards its front, and a sphere.
+        // Front edge of a table, and a sphere.
         assert!(!parted(-1.0, 80.0, as_is));
         assert!(!parted(-0.1, 12.0, as_is));
-        // A wall that rises from the floor, and a hollow that hardly does.
+        // Wall on the floor, and a slight concavity.
         assert!(parted(1.0, -80.0, as_is));
         assert!(!parted(0.05, -6.0, as_is));
-        // Steps up and down, and one too low to matter.
+        // Depth discontinuities upwards and downwards, and one too low to matter.
         assert!(parted(2.0, 0.0, as_is) && parted(-2.0, 0.0, as_is));
         assert!(!parted(0.1, 0.0, as_is));
-        // At a glancing angle a step has a height but no elevation.
+        // At a glancing angle a depth discontinuity has a height but no elevation.
         let glancing = |up: f32| parted(up, 0.0, |gbuffer| gbuffer.position[1].x *= 30.0);
         assert!(glancing(1.5) && !glancing(0.5));
     }
@@ -390,7 +403,7 @@ mod tests {
         let turns =
             |lean: f32| compared(-1.0, lean, |_| {}, |planes| planes.turns(0, 1, 40f32.to_radians().cos()));
         assert!(turns(41.0) && !turns(39.0) && !turns(0.0));
-        // Within a triangle normals are those of a smooth surface.
+        // Within a triangle, normals are those of a smooth surface.
         let smooth = |gbuffer: &mut GBuffer| gbuffer.primitive.fill(7);
         assert!(!compared(-1.0, 80.0, smooth, |planes| planes.turns(0, 1, 0.8)));
     }
@@ -439,7 +452,7 @@ mod tests {
                         assert_eq!(found, (Between::Nothing, false));
                     }
                 }
-                // Fewer than a run are all to be looked at, and so are those at the end of the image.
+                // Runs shorter than [`RUN`] need all tests, and so do those at the end of the image.
                 assert_eq!(planes.suspects(0, RUN, 3, edge), Suspects { steps: 0, others: 7 });
                 assert_eq!(planes.suspects(RUN + 1, RUN + 2, RUN - 1, edge).others, (1 << (RUN - 1)) - 1);
             });

@@ -1,4 +1,4 @@
-//! The one approximate comparison of the project's tests.
+//! Approximate comparison for the project's tests.
 
 use std::fmt;
 
@@ -7,37 +7,37 @@ use thiserror::Error;
 
 use crate::view::{Image, ShapeMismatch};
 
-/// How far apart two values may be: `absolute + relative · max(|a|, |b|)`.
+/// Largest difference of two values: `absolute + relative · max(|a|, |b|)`.
 ///
-/// Say next to every tolerance why it is what it is.
+/// Every use should state the reason for its tolerance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// In the unit of the values.
+    /// Absolute part, in the unit of the values.
     pub absolute: f64,
-    /// A share of the larger of the two values.
+    /// Relative part, as a fraction of the larger of the two values.
     pub relative: f64,
 }
 
 impl Tolerance {
-    /// Allows a fixed distance.
+    /// Allows a fixed difference.
     #[must_use]
     pub fn absolute(absolute: f64) -> Self {
         Self { absolute, relative: 0.0 }
     }
 
-    /// Allows a share of the larger value.
+    /// Allows a fraction of the larger value.
     #[must_use]
     pub fn relative(relative: f64) -> Self {
         Self { absolute: 0.0, relative }
     }
 
-    /// Whether two values are close. NaN is close to nothing, an infinity to nothing either.
+    /// True if two values are close. NaN and infinities are close to nothing.
     #[must_use]
     pub fn accepts(&self, a: f64, b: f64) -> bool {
         self.excess(a, b) <= 0.0
     }
 
-    /// By how much two values are too far apart; infinite where their distance or the tolerance is no number.
+    /// Excess of the difference over the tolerance; infinite if it is NaN.
     fn excess(&self, a: f64, b: f64) -> f64 {
         let excess = (a - b).abs() - (self.absolute + self.relative * a.abs().max(b.abs()));
         if a.is_finite() && b.is_finite() && !excess.is_nan() { excess } else { f64::INFINITY }
@@ -60,33 +60,33 @@ pub enum Mismatch {
     /// The mask leaves no pixel, so that the check would hold for any two images.
     #[error("no pixel to check: the mask is false everywhere")]
     NoPixels,
-    /// Some pixels are too far apart.
+    /// Pixels that differ by more than the tolerance.
     #[error(
         "{exceeding} of {pixels} pixels differ by more than {tolerance}; the worst is ({x}, {y}): \
          [{}, {}, {}] against [{}, {}, {}]",
         a.x, a.y, a.z, b.x, b.y, b.z
     )]
     Pixels {
-        /// How many pixels are too far apart in some channel.
+        /// Number of pixels that differ too much in some channel.
         exceeding: usize,
-        /// How many pixels were checked.
+        /// Number of pixels that were checked.
         pixels: usize,
-        /// What was allowed.
+        /// Tolerance of the check.
         tolerance: Tolerance,
         /// Column of the pixel that exceeds the tolerance by most.
         x: u32,
         /// Row of that pixel.
         y: u32,
-        /// Its value in the first image.
+        /// Value of that pixel in the first image.
         a: Vec3,
-        /// Its value in the second image.
+        /// Value of that pixel in the second image.
         b: Vec3,
     },
 }
 
-/// Checks that two images are equal up to a tolerance at every pixel that takes part, channel by channel.
+/// Checks that two images are equal up to a tolerance at every unmasked pixel, channel by channel.
 ///
-/// A mask given by one of the images holds for both; two masks must be equal. A pixel that is not finite is close to
+/// A mask of only one image holds for both; two masks must be equal. A pixel that is not finite is close to
 /// nothing, itself included.
 ///
 /// # Errors

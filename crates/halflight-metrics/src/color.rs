@@ -1,8 +1,9 @@
-//! The few colour conversions the measures share. Linear RGB has sRGB (Rec. 709) primaries and white point D65.
+//! Colour conversions of the measures. Linear RGB has sRGB (Rec. 709) primaries and white point D65.
 
 use glam::{DMat3, DVec3};
 
-/// Linear sRGB to CIE XYZ, derived from the chromaticities of IEC 61966-2-1 (as in CSS Color 4, §10). By columns.
+/// Linear sRGB to CIE XYZ, derived from the chromaticities of IEC 61966-2-1 (as in CSS Color 4, §10). By
+/// columns.
 const XYZ_FROM_RGB: DMat3 = DMat3::from_cols(
     DVec3::new(0.412_390_799_265_96, 0.212_639_005_871_51, 0.019_330_818_715_59),
     DVec3::new(0.357_584_339_383_88, 0.715_168_678_767_76, 0.119_194_779_794_63),
@@ -19,7 +20,7 @@ pub(crate) fn srgb_encode(linear: f32) -> f32 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// The conversions between linear RGB and the two spaces ꟻLIP works in; holds the inverse matrix and the white point.
+/// Conversions between linear RGB and the two spaces of ꟻLIP; holds the inverse matrix and the white point.
 pub(crate) struct Spaces {
     rgb_from_xyz: DMat3,
     white: DVec3,

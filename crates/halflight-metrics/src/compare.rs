@@ -1,4 +1,4 @@
-//! The error measures, and the noise left in a reference.
+//! Error measures, and the noise of a reference.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,48 +9,52 @@ use crate::{
     view::Image,
 };
 
-/// Every error measure of an image against its reference, over the pixels that take part and all three channels.
+/// Error measures of an image against its reference, over the unmasked pixels and all three channels.
 ///
-/// *Peak* is the largest absolute channel value of the reference; N is the number of pixels that take part.
-/// Serialised under its field names. An infinite `psnr` (no difference at all) becomes `null` in JSON and an empty
-/// cell in CSV, and is read back as infinity.
+/// *Peak* is the largest absolute channel value of the reference; N is the number of unmasked pixels.
+/// Serialised under its field names. An infinite `psnr` (no difference at all) becomes `null` in JSON and an
+/// empty cell in CSV, and is read back as infinity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
-    /// Σ (a − b)², in the square of the image's unit. Grows with the image's size and brightness.
+    /// Sum of squared errors Σ (a − b)², in the square of the image's unit. Grows with the image's size and
+    /// brightness.
     pub sse: f64,
-    /// Koa17 §5: Σ (a − b)² / Σ |b| after both images are divided by the peak. Shown beside that paper's figures;
-    /// it depends on how bright the image is relative to its peak and is no target.
+    /// Error measure of Koa17 §5: Σ (a − b)² / Σ |b| after both images are divided by the peak. Reported for
+    /// comparison with that paper; it depends on the brightness of the image relative to its peak and is not
+    /// used as a target.
     pub nmse: f64,
-    /// Σ (a − b)² / Σ b². Dimensionless, independent of exposure and size: what accuracy targets are stated in.
+    /// Normalised squared error Σ (a − b)² / Σ b². Dimensionless, independent of exposure and size: the
+    /// measure of error targets.
     pub nmse2: f64,
-    /// √(sse / 3N), in the image's unit.
+    /// Root mean squared error √(sse / 3N), in the image's unit.
     pub rmse: f64,
-    /// Mean of (a − b)² / (b² + ε) with ε = (peak / 100)²: errors weigh as much in the dark as in the light, down
-    /// to a hundredth of the peak.
+    /// Mean of (a − b)² / (b² + ε) with ε = (peak / 100)²: errors in dark and bright pixels have equal
+    /// weight, down to a hundredth of the peak.
     pub relmse: f64,
     /// Largest |a − b| of any channel, in the image's unit.
     pub max: f64,
-    /// 20 log₁₀(peak / rmse) in dB; infinite where the images are equal.
+    /// Peak signal-to-noise ratio 20 log₁₀(peak / rmse) in dB; infinite where the images are equal.
     #[serde(with = "infinity_as_none")]
     pub psnr: f64,
     /// Mean structural similarity of the luminance (Wang et al. 2004; 11×11 Gaussian window of σ 1.5 pixels,
-    /// K₁ 0.01, K₂ 0.03) after both are divided by the peak. 1 is identical. Windows are cut off and reweighted at
-    /// the image's edge and at masked pixels.
+    /// K₁ 0.01, K₂ 0.03) after both are divided by the peak. 1 is identical. Windows are cut off and
+    /// reweighted at the image's edge and at masked pixels.
     pub ssim: f64,
-    /// Mean LDR-ꟻLIP (Andersson et al. 2020) at 67 pixels per degree, 0 (identical) to 1. Exposure: both divided by
-    /// the peak and clamped to 0..1. Tone curve: sRGB. Masked pixels are black in both and do not count.
+    /// Mean LDR-ꟻLIP (Andersson et al. 2020) at 67 pixels per degree, 0 (identical) to 1. Exposure: both
+    /// divided by the peak and clamped to 0..1. Tone curve: sRGB. Masked pixels are black in both and do not
+    /// count.
     pub flip: f64,
 }
 
-/// The share of the peak below which [`Comparison::relmse`] stops growing.
+/// Fraction of the peak below which [`Comparison::relmse`] stops growing.
 const RELMSE_FLOOR: f64 = 0.01;
 
 /// Measures `image` against `reference`.
 ///
-/// A mask given by one of the images holds for both; two masks must be equal.
+/// A mask of only one image holds for both; two masks must be equal.
 ///
 /// # Errors
-/// [`CompareError`] where sizes or masks differ, a pixel that takes part is not finite, none takes part, or the
+/// [`CompareError`] if sizes or masks differ, an unmasked pixel is not finite, all pixels are masked, or the
 /// reference is all zero.
 pub fn compare(image: Image<'_>, reference: Image<'_>) -> Result<Comparison, CompareError> {
     let pair = Pair::new(image, reference)?;
@@ -81,10 +85,10 @@ pub fn compare(image: Image<'_>, reference: Image<'_>) -> Result<Comparison, Com
     })
 }
 
-/// [`Comparison::nmse2`] alone, which takes far less time than all of them.
+/// Computes [`Comparison::nmse2`] alone, which takes far less time than all measures.
 ///
 /// # Errors
-/// As [`compare`].
+/// See [`compare`].
 pub fn nmse2(image: Image<'_>, reference: Image<'_>) -> Result<f64, CompareError> {
     let pair = Pair::new(image, reference)?;
     let sums = pair.values().map(|(a, b)| ((a - b).length_squared(), b.length_squared()));
@@ -94,12 +98,12 @@ pub fn nmse2(image: Image<'_>, reference: Image<'_>) -> Result<f64, CompareError
 
 /// Estimates the NMSE₂ of the mean of two independent, unbiased halves of a rendering against the true image.
 ///
-/// With a variance σ² in each pixel of a half, the halves differ by 2σ² in the mean square, while their mean is off
-/// by σ²/2: a quarter of it. So this is Σ (a − b)² / 4 over Σ m², where m is the mean of the halves.
-/// Halves that share samples, or a bias, make the estimate too low.
+/// With a variance σ² in each pixel of a half, the halves differ by 2σ² in the mean square, while their mean
+/// has an error of σ²/2: a quarter of it. The estimate is therefore Σ (a − b)² / 4 over Σ m², where m is the
+/// mean of the halves. Halves that share samples, or have a common bias, make the estimate too low.
 ///
 /// # Errors
-/// As [`compare`]; [`CompareError::ZeroReference`] where either half is zero at every pixel.
+/// See [`compare`]; [`CompareError::ZeroReference`] if either half is zero at every pixel.
 pub fn halves_noise(half_a: Image<'_>, half_b: Image<'_>) -> Result<f64, CompareError> {
     let pair = Pair::new(half_a, half_b)?;
     let (mut difference, mut signal) = (0.0, 0.0);
@@ -113,7 +117,7 @@ pub fn halves_noise(half_a: Image<'_>, half_b: Image<'_>) -> Result<f64, Compare
     Ok(0.25 * difference / signal)
 }
 
-/// JSON knows no infinity: it is written as nothing.
+/// Serialisation of infinity as `None`, since JSON has no infinity.
 mod infinity_as_none {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

@@ -1,4 +1,4 @@
-//! Files written the way `cp` writes them: whatever a path leads to stays what it is.
+//! Output files, written as `cp` writes them: pipes, devices and links keep their kind.
 
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Seek, SeekFrom, Write};
@@ -10,27 +10,27 @@ use thiserror::Error;
 
 mod system;
 
-/// A file that could not be written. What was there before is still there, and no other file is left behind.
+/// Error of writing a file. The previous content is kept, and no temporary file is left behind.
 #[derive(Debug, Error)]
 #[error("cannot write {}", shown(path))]
 pub struct WriteError {
-    /// The path as it was given.
+    /// Path as given.
     pub path: PathBuf,
-    /// Reason.
+    /// Error of the operating system.
     pub source: io::Error,
 }
 
-/// Names that the system gives to standard output, and the one that programs give to it.
+/// Names of standard output: that of the command line, and those of the system.
 const STANDARD_OUTPUT: [&str; 4] = ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"];
 
-/// Folders in which the system keeps names of open files. A file that is reached by one is not replaced, since whoever holds it open
-/// would not see the new one.
+/// Folders in which the system keeps names of open files. A file reached through one is not replaced, since
+/// processes that have it open would not see the new one.
 const OPEN_FILES: [&str; 3] = ["/dev/fd", "/dev/stderr", "/proc"];
 
-/// The most symbolic links that are followed, as in Linux.
+/// Most symbolic links that are followed, as in Linux.
 const MAX_LINKS: usize = 40;
 
-/// A path in messages.
+/// Path as shown in messages.
 fn shown(path: &Path) -> String {
     if is_standard_output(path) { "to standard output".to_owned() } else { path.display().to_string() }
 }
@@ -38,11 +38,11 @@ fn shown(path: &Path) -> String {
 /// Destination of a path.
 enum Target {
     StandardOutput,
-    /// A pipe, a device or an open file.
+    /// Pipe, device or open file.
     Stream(PathBuf),
-    /// A plain file, links followed.
+    /// Plain file, links followed.
     Plain(PathBuf),
-    /// A name that is not taken, links followed.
+    /// Unused name, links followed.
     New(PathBuf),
 }
 
@@ -63,7 +63,7 @@ impl Target {
     }
 }
 
-/// The name at the end of a chain of symbolic links that leads to nothing, in a folder that is there.
+/// Final name of a chain of symbolic links whose target does not exist, in a folder that does.
 fn new_name(path: &Path) -> io::Result<PathBuf> {
     let mut name = path.to_owned();
     for _ in 0..MAX_LINKS {
@@ -93,7 +93,7 @@ fn invalid(message: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidInput, message)
 }
 
-/// Writes `content` to what `path` leads to, the way `cp` does. Plain files are written whole or not at all.
+/// Writes `content` to the target of `path`, as `cp` does. Plain files are written completely or not at all.
 ///
 /// | the path is | result |
 /// | --- | --- |
@@ -105,7 +105,8 @@ fn invalid(message: &str) -> io::Error {
 /// | a folder, or in a missing folder | an error |
 ///
 /// # Errors
-/// [`WriteError`] where the path leads to a folder or into a missing one, permissions are missing or the disk is full.
+/// [`WriteError`] if the path leads to a folder or into a missing one, permissions are missing or the disk is
+/// full.
 pub fn write_file(path: &Path, content: &[u8]) -> Result<(), WriteError> {
     let written = Target::of(path).and_then(|target| match target {
         Target::StandardOutput => standard_output(content),
@@ -122,11 +123,11 @@ pub fn write_file(path: &Path, content: &[u8]) -> Result<(), WriteError> {
     written.map_err(|source| WriteError { path: path.to_owned(), source })
 }
 
-/// Checks what can be known about an output before the work is done that it is made by: its folder is there, and the file
-/// may be written. Pipes and devices are not opened.
+/// Checks an output path before its content is computed: its folder must exist, and the file must be
+/// writable. Pipes and devices are not opened.
 ///
 /// # Errors
-/// [`WriteError`] as [`write_file`] would have it.
+/// [`WriteError`], as [`write_file`] would return it.
 pub fn check_output(path: &Path) -> Result<(), WriteError> {
     let checked = Target::of(path).and_then(|target| match target {
         Target::StandardOutput | Target::Stream(_) => Ok(()),
@@ -139,18 +140,18 @@ pub fn check_output(path: &Path) -> Result<(), WriteError> {
     checked.map_err(|source| WriteError { path: path.to_owned(), source })
 }
 
-/// Tells whether a path is a name of standard output.
+/// True if a path is a name of standard output.
 pub fn is_standard_output(path: &Path) -> bool {
     STANDARD_OUTPUT.iter().any(|name| path == Path::new(name))
 }
 
-/// Tells whether a path leads to standard output, a pipe or a device, which take one content after another.
+/// True if a path leads to standard output, a pipe or a device, which accept one content after another.
 pub fn is_stream(path: &Path) -> bool {
     matches!(Target::of(path), Ok(Target::StandardOutput | Target::Stream(_)))
 }
 
-/// Tells whether two paths lead to one file, pipe or standard output, by whatever names. Devices keep nothing that could be
-/// lost and are never the same.
+/// True if two paths lead to one file, pipe or standard output, by any names. Devices keep no content that
+/// could be lost and are never equal.
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     match (Target::of(a), Target::of(b)) {
         (Ok(Target::StandardOutput), Ok(Target::StandardOutput)) => true,
@@ -176,8 +177,8 @@ fn standard_output(content: &[u8]) -> io::Result<()> {
     }
 }
 
-/// Writes a temporary file in the same folder, which then takes the name `path`. Where a file was there, `old`, and the new
-/// one would differ from it in more than its content, that is an error.
+/// Writes a temporary file in the folder of `path`, which is then renamed to it. If an existing file, `old`,
+/// differs from the new one in more than its content, that is an error.
 fn create(path: &Path, old: Option<&Metadata>, content: &[u8]) -> io::Result<()> {
     let temporary = temporary_name(path);
     let mut file = system::new_file(&temporary, old)?;
@@ -190,7 +191,7 @@ fn create(path: &Path, old: Option<&Metadata>, content: &[u8]) -> io::Result<()>
         }
         file.write_all(content)
     })();
-    // Closed before it is renamed, which some systems insist on.
+    // Closed before it is renamed, as some systems require.
     drop(file);
     written.and_then(|()| fs::rename(&temporary, path)).inspect_err(|_| {
         // The first error is the one to report.
@@ -198,8 +199,8 @@ fn create(path: &Path, old: Option<&Metadata>, content: &[u8]) -> io::Result<()>
     })
 }
 
-/// Replaces the content of a file of `old` bytes where it lies. The end of the content is written first, from where it
-/// makes the file longer, so that a full disk or a limit is met while the old content is still there.
+/// Overwrites the content of a file of `old` bytes in place. The end of the content is written first, if it
+/// makes the file longer, so that a full disk or a limit is detected while the old content is still intact.
 fn rewrite(mut file: File, old: u64, content: &[u8]) -> io::Result<()> {
     let kept = usize::try_from(old).unwrap_or(usize::MAX).min(content.len().saturating_sub(1));
     let (head, end) = content.split_at(kept);
@@ -213,7 +214,7 @@ fn rewrite(mut file: File, old: u64, content: &[u8]) -> io::Result<()> {
     file.set_len(content.len() as u64)
 }
 
-/// A name in the folder of `path` that no other thread or running process uses.
+/// Name in the folder of `path` that no other thread or running process uses.
 fn temporary_name(path: &Path) -> PathBuf {
     static COUNTER: AtomicU32 = AtomicU32::new(0);
     let count = COUNTER.fetch_add(1, Ordering::Relaxed);

@@ -1,18 +1,19 @@
-//! Separable filters on planes of `f64`. Rows are filtered in parallel; each value is one fixed sum, so that the
-//! result does not depend on the number of threads.
+//! Separable filters on planes of `f64`. Rows are filtered in parallel; each value is one fixed sum, so that
+//! the result does not depend on the number of threads.
 
 use rayon::prelude::*;
 
-/// What a filter reads beyond the image's edge.
+/// Values that a filter reads beyond the image's edge.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Border {
-    /// The nearest pixel of the image.
+    /// Nearest pixel of the image.
     Clamp,
     /// Zero.
     Zero,
 }
 
-/// Correlates a plane with the product of two odd-sized kernels, one across the columns and one down the rows.
+/// Correlates a plane with the product of two odd-sized kernels, one across the columns and one down the
+/// rows.
 pub(crate) fn correlate(
     plane: &[f64],
     width: usize,
@@ -59,7 +60,8 @@ fn correlate_columns(plane: &[f64], width: usize, taps: &[f64], border: Border) 
     out
 }
 
-/// Sets `out` to the sum of `taps[k] · source(k)`, a block of columns at a time so that the sums stay in registers.
+/// Sets `out` to the sum of `taps[k] · source(k)`, a block of columns at a time so that the sums stay in
+/// registers.
 fn weighted_sum<'a>(out: &mut [f64], taps: &[f64], source: impl Fn(usize) -> &'a [f64]) {
     const BLOCK: usize = 8;
     let (blocks, rest) = out.as_chunks_mut::<BLOCK>();

@@ -1,4 +1,4 @@
-//! What changes from frame to frame and should not.
+//! Temporal flicker: changes from frame to frame that the reference does not have.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,9 +6,9 @@ use crate::color::luminance;
 use crate::pair::{CompareError, Pair};
 use crate::view::{Image, ShapeMismatch};
 
-/// `|Δ image − Δ reference|` between two frames, in luminance, over the pixels that take part in both frames, relative
-/// to the mean luminance of the later reference there. 0 where an image changes exactly as its reference does, however wrong it
-/// is otherwise.
+/// Flicker: `|Δ image − Δ reference|` between two frames, in luminance, over the pixels unmasked in both
+/// frames, relative to the mean luminance of the later reference there. 0 where an image changes exactly as
+/// its reference does, whatever its error otherwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Flicker {
     /// Mean over the pixels.
@@ -22,8 +22,8 @@ pub struct Flicker {
 /// Masks are as in [`compare`](crate::compare()), and may differ from frame to frame.
 ///
 /// # Errors
-/// As [`compare`](crate::compare()) for each of the frames; frames of different sizes; masks that have no pixel in
-/// common, or one with a black reference.
+/// See [`compare`](crate::compare()) for each of the frames; also frames of different sizes, and masks
+/// without a common pixel, or with a black reference there.
 pub fn flicker(before: [Image<'_>; 2], after: [Image<'_>; 2]) -> Result<Flicker, CompareError> {
     let sizes = [before[0], after[0]].map(|image| (image.width(), image.height()));
     if sizes[0] != sizes[1] {

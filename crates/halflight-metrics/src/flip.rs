@@ -1,9 +1,8 @@
-//! LDR-ꟻLIP: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "ꟻLIP: A Difference Evaluator for
-//! Alternating Images", PACM CGIT 3(2), 2020. Steps are
-//! called what that paper calls them.
+//! LDR-ꟻLIP: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "ꟻLIP: A Difference Evaluator
+//! for Alternating Images", PACM CGIT 3(2), 2020. Steps have the names of that paper.
 //!
-//! Written from the paper; its kernels are applied as separable ones. The paper's input is an sRGB image: ours is
-//! the same image before its encoding, in linear values, so that encoding and decoding drop out.
+//! Written from the paper; its kernels are applied as separable ones. The paper's input is an sRGB image; the
+//! input here is that image before its encoding, in linear values, so that encoding and decoding cancel.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -16,12 +15,13 @@ use crate::{
     pair::Pair,
 };
 
-/// A 0.7 m wide screen of 3840 pixels seen from 0.7 m: the paper's default, rounded as its authors' program does.
+/// A 0.7 m wide screen of 3840 pixels seen from 0.7 m: the paper's default, rounded as its authors' program
+/// does.
 const PIXELS_PER_DEGREE: f64 = 67.0;
 /// Width in degrees of the feature detectors.
 const FEATURE_WIDTH: f64 = 0.082;
-/// Exponent of the colour difference, and the point (share of the largest difference, error) at which its remapping
-/// has its knee (error redistribution).
+/// Exponent of the colour difference, and the point (share of the largest difference, error) at which its
+/// remapping has its knee (error redistribution).
 const COLOR_EXPONENT: f64 = 0.7;
 const KNEE: (f64, f64) = (0.4, 0.95);
 
@@ -30,11 +30,11 @@ const SENSITIVITY: [&[(f64, f64)]; 3] = [&[(1.0, 0.0047)], &[(1.0, 0.0053)], &[(
 /// The widest b above: it sets the radius of all three filters.
 const WIDEST: f64 = 0.04;
 
-/// Mean ꟻLIP error over the pixels that take part, 0 (identical) to 1.
+/// Mean ꟻLIP error over the unmasked pixels, 0 (identical) to 1.
 ///
-/// Exposure and tone curve: both images are divided by the reference's peak and clamped to 0..1, and shown on an
-/// sRGB screen. Masked pixels are black in both: beyond
-/// the edge that the mask draws into both images alike they add nothing.
+/// Exposure and tone curve: both images are divided by the reference's peak and clamped to 0..1, and
+/// displayed on an sRGB screen. Masked pixels are black in both: they add nothing except the edge that the
+/// mask draws into both images alike.
 pub(crate) fn flip(pair: &Pair<'_>) -> f64 {
     let clamp = |c: DVec3| c.clamp(DVec3::ZERO, DVec3::ONE);
     let (image, reference): (Vec<_>, Vec<_>) =
@@ -42,7 +42,7 @@ pub(crate) fn flip(pair: &Pair<'_>) -> f64 {
     pair.mean(&flip_map(&image, &reference, pair.width))
 }
 
-/// The error of each pixel of two linear RGB images in 0..1.
+/// Error of each pixel of two linear RGB images in 0..1.
 fn flip_map(image: &[DVec3], reference: &[DVec3], width: usize) -> Vec<f64> {
     let spaces = Spaces::new();
     let kernels = Kernels::new();
@@ -63,7 +63,7 @@ fn flip_map(image: &[DVec3], reference: &[DVec3], width: usize) -> Vec<f64> {
         .collect()
 }
 
-/// One image as the eye takes it in.
+/// Image after the filters of the visual system.
 struct Perceived {
     /// Filtered, Hunt-adjusted L*a*b*.
     color: Vec<DVec3>,
@@ -84,7 +84,7 @@ impl Perceived {
                 hunt(spaces.lab_from_rgb(filtered.clamp(DVec3::ZERO, DVec3::ONE)))
             })
             .collect();
-        // Features are sought in the unfiltered achromatic channel, scaled to 0..1.
+        // Features are detected in the unfiltered achromatic channel, scaled to 0..1.
         let achromatic: Vec<f64> = opponent.iter().map(|v| (v.x + 16.0) / 116.0).collect();
         let strength = |taps: &[f64]| -> Vec<f64> {
             let x = correlate(&achromatic, width, taps, &kernels.blur, Border::Clamp);
@@ -125,7 +125,7 @@ fn balance(mut taps: Vec<f64>) -> Vec<f64> {
     taps
 }
 
-/// A contrast sensitivity filter: a sum of Gaussians, each of sum 1, with weights of sum 1.
+/// Contrast sensitivity filter: a sum of Gaussians, each of sum 1, with weights of sum 1.
 struct Sensitivity(Vec<(f64, Vec<f64>)>);
 
 impl Sensitivity {
@@ -135,7 +135,7 @@ impl Sensitivity {
         let mut total = 0.0;
         let mut filters = Vec::new();
         for &(a, b) in terms {
-            // The sum of the two-dimensional kernel is the square of the one-dimensional bell's.
+            // The sum of the two-dimensional kernel is the square of the one-dimensional Gaussian's.
             let bell: f64 = kernel(radius, |x| (-x * x / (2.0 * sigma(b) * sigma(b))).exp()).iter().sum();
             let weight = a * (PI / b).sqrt() * bell * bell;
             total += weight;
@@ -228,8 +228,8 @@ mod tests {
         flip_map(image, reference, width as usize).iter().sum::<f64>() / image.len() as f64
     }
 
-    /// Means computed by the authors' own program (through its Rust binding nv-flip 0.1.2, at 67 pixels per degree)
-    /// on these very images. It is kept out of the dependencies because it needs a C++ compiler.
+    /// Means computed by the authors' own program (through its Rust binding nv-flip 0.1.2, at 67 pixels per
+    /// degree) on these very images. It is kept out of the dependencies because it needs a C++ compiler.
     #[test]
     fn agrees_with_the_authors_program() {
         let known = [
@@ -254,10 +254,10 @@ mod tests {
             let reference = linear(width, height, reference);
             let image = linear(width, height, |x, y| distorted(case, x, y));
             let found = mean(&image, &reference, width);
-            // The four 1×1 means are off by up to 5e-5, all as a feature difference of 1e-4 would have it: the authors
-            // work in `f32`, where the detectors' taps evidently cancel to some 1e-8 only, of which the exponent ½
-            // takes the root. All other deviations are below 1e-5, while leaving out a step or altering a constant
-            // moves some mean by 1e-3 or more.
+            // The four 1×1 means have errors of up to 5e-5, each equivalent to a feature difference of 1e-4:
+            // the authors' program computes in `f32`, where the detectors' taps cancel to some 1e-8 only, of
+            // which the exponent ½ takes the root. All other deviations are below 1e-5, while leaving out a
+            // step or altering a constant changes some mean by 1e-3 or more.
             assert!((found - expected).abs() < 1e-4, "{case} {width}×{height}: {found} is not {expected}");
         }
     }

@@ -1,16 +1,18 @@
-//! How far is one rendered image from another?
+//! Error measures for rendered images.
 //!
-//! * [`compare`] sets an image against a reference and returns every error measure the project reports, as one
-//!   serialisable [`Comparison`]. `nmse2` is the one its targets are stated in.
-//! * [`halves_noise`] estimates the error that is left in a reference, from two independent halves of it.
-//! * [`flicker`] tells what changes between two frames and should not.
-//! * [`error_map`] and [`squared_error_picture`] show where the error lies, at a scale fixed by the caller.
+//! * [`compare`] compares an image with a reference and returns every error measure the project reports, as
+//!   one serialisable [`Comparison`]. Error targets are stated in its `nmse2`.
+//! * [`halves_noise`] estimates the remaining error of a reference, from two independent halves of it.
+//! * [`flicker`] measures changes between two frames that the reference does not have.
+//! * [`error_map`] and [`squared_error_picture`] show the error at each pixel, at a scale fixed by the
+//!   caller.
 //! * [`check_close`] is the project's only approximate comparison for tests.
-//! * [`tone_map`], [`write_png`] and [`write_file`] put pictures into files, pipes and standard output.
+//! * [`tone_map`], [`write_png`] and [`write_file`] write pictures to files, pipes and standard output.
 //!
-//! Images are borrowed: linear RGB in rows from the top left, with an optional mask naming the pixels that take
-//! part (for rendered images the receivers: no sky, no emitters). The crate knows nothing of scenes or renderers.
-//! Sums are taken in `f64` and in pixel order, so that a figure does not depend on the number of threads.
+//! Images are borrowed: linear RGB in rows from the top left, with an optional mask of the pixels to compare
+//! (for rendered images the receivers: no background, no emitters). The crate is independent of scenes and
+//! renderers. Sums are computed in `f64` and in pixel order, so that a result does not depend on the number
+//! of threads.
 //!
 //! ```
 //! use glam::Vec3;

@@ -1,4 +1,4 @@
-//! Where the error lies: maps and their pictures.
+//! Error maps and their pictures.
 
 use glam::{DVec3, Vec3};
 
@@ -8,11 +8,11 @@ use crate::{
     view::Image,
 };
 
-/// The colour of masked pixels in an [`ErrorMap::picture`]: a grey, which the colour ramp never is.
+/// Colour of masked pixels in an [`ErrorMap::picture`]: a grey, which the colour ramp never contains.
 const MASKED: [u8; 3] = [96, 96, 96];
 
 /// Stops of the colour ramp at equal steps, sRGB: black through violet, red and orange to a pale yellow.
-/// Lightness only ever rises, so that the ramp reads in print too.
+/// Lightness increases monotonically, so that the ramp is readable in print too.
 const RAMP: [Vec3; 7] = [
     Vec3::ZERO,
     Vec3::new(48.0, 12.0, 92.0),
@@ -23,21 +23,22 @@ const RAMP: [Vec3; 7] = [
     Vec3::new(252.0, 252.0, 190.0),
 ];
 
-/// The error of each pixel.
+/// Error of each pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorMap {
     /// Width in pixels.
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// |luminance difference| divided by the peak of the reference, rows from the top left; `None` where masked.
+    /// Absolute luminance difference divided by the peak of the reference, rows from the top left; `None`
+    /// where masked.
     pub values: Vec<Option<f32>>,
 }
 
-/// The absolute difference in Rec. 709 luminance at each pixel, divided by the reference's largest channel value.
+/// Absolute difference in Rec. 709 luminance at each pixel, divided by the reference's largest channel value.
 ///
 /// # Errors
-/// As [`compare`](crate::compare).
+/// See [`compare`](crate::compare).
 pub fn error_map(image: Image<'_>, reference: Image<'_>) -> Result<ErrorMap, CompareError> {
     let pair = Pair::new(image, reference)?;
     let values = pair.map_relative(None, |a, b| Some(luminance(a - b).abs() as f32));
@@ -45,17 +46,18 @@ pub fn error_map(image: Image<'_>, reference: Image<'_>) -> Result<ErrorMap, Com
 }
 
 impl ErrorMap {
-    /// The map in colours, sRGB, rows from the top left: errors from 0 to `full_scale` run through a ramp from black
-    /// over violet, red and orange to pale yellow; larger ones stay at its end; masked pixels are grey.
+    /// Map in false colours, sRGB, rows from the top left: errors from 0 to `full_scale` run through a ramp
+    /// from black over violet, red and orange to pale yellow; larger ones stay at its end; masked pixels are
+    /// grey.
     ///
-    /// Maps are comparable where they were drawn with the same `full_scale` against the same reference.
+    /// Maps are comparable if they have the same `full_scale` and the same reference.
     #[must_use]
     pub fn picture(&self, full_scale: f32) -> Vec<[u8; 3]> {
         self.values.iter().map(|value| value.map_or(MASKED, |v| ramp(v / full_scale))).collect()
     }
 }
 
-/// The ramp's colour at `t`, clamped to 0..1.
+/// Colour of the ramp at `t`, clamped to 0..1.
 fn ramp(t: f32) -> [u8; 3] {
     let last = RAMP.len() - 1;
     // A NaN (0 over a scale of 0) stays one and is cast to 0, black, which is the ramp's first stop.
@@ -64,14 +66,15 @@ fn ramp(t: f32) -> [u8; 3] {
     RAMP[stop].lerp(RAMP[stop + 1], position - stop as f32).to_array().map(|c| c.round() as u8)
 }
 
-/// Koa17's error map (Figs. 12 to 16): the squared difference of each pixel, times `factor`, as the red channel.
+/// Error map of Koa17 (Figs. 12 to 16): the squared difference of each pixel, times `factor`, as the red
+/// channel.
 ///
-/// Both images are divided by the reference's largest channel value; the squares of the three channels are summed;
-/// the product is clamped to 0..1 and stored without a transfer function. The paper leaves these three open and
-/// draws factors of 1, 9 and 20. Masked pixels are black.
+/// Both images are divided by the reference's largest channel value; the squares of the three channels are
+/// summed; the product is clamped to 0..1 and stored without a transfer function. The paper leaves these
+/// three open and uses factors of 1, 9 and 20. Masked pixels are black.
 ///
 /// # Errors
-/// As [`compare`](crate::compare).
+/// See [`compare`](crate::compare).
 pub fn squared_error_picture(
     image: Image<'_>,
     reference: Image<'_>,

@@ -1,4 +1,4 @@
-//! An image and its reference, checked once so that the measures themselves cannot fail.
+//! Image and its reference, validated once so that the measures themselves cannot fail.
 
 use std::fmt;
 
@@ -7,12 +7,12 @@ use thiserror::Error;
 
 use crate::view::{Image, ShapeMismatch};
 
-/// Which of the two images an error speaks of.
+/// Role of the image to which an error refers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// The image under test.
+    /// Image under test.
     Image,
-    /// The image it is measured against.
+    /// Reference for the image under test.
     Reference,
 }
 
@@ -25,29 +25,29 @@ impl fmt::Display for Role {
     }
 }
 
-/// Why two images have no error figure.
+/// Error of comparing two images.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum CompareError {
     /// Sizes or masks differ.
     #[error(transparent)]
     Shape(#[from] ShapeMismatch),
-    /// A pixel that takes part is NaN or infinite.
+    /// Unmasked pixel that is NaN or infinite.
     #[error("pixel ({x}, {y}) of the {role} is not finite: [{}, {}, {}]", value.x, value.y, value.z)]
     NotFinite {
-        /// The image the pixel belongs to.
+        /// Role of the pixel's image.
         role: Role,
         /// Column.
         x: u32,
         /// Row.
         y: u32,
-        /// The pixel's linear RGB value.
+        /// Linear RGB value of the pixel.
         value: Vec3,
     },
-    /// The mask leaves no pixel.
+    /// Mask that is false everywhere.
     #[error("no pixel takes part in the comparison: the mask is false everywhere")]
     NoPixels,
-    /// Relative errors against black are undefined.
+    /// Black reference, for which relative errors are undefined.
     #[error("the reference is zero at every pixel that takes part, so relative errors are undefined")]
     ZeroReference,
 }
@@ -58,9 +58,9 @@ pub(crate) struct Pair<'a> {
     image: &'a [Vec3],
     reference: &'a [Vec3],
     mask: Option<&'a [bool]>,
-    /// How many pixels take part.
+    /// Number of unmasked pixels.
     pub(crate) count: usize,
-    /// Largest absolute channel value of the reference: what both images are divided by.
+    /// Largest absolute channel value of the reference, by which both images are divided.
     pub(crate) peak: f64,
 }
 
@@ -96,7 +96,7 @@ impl<'a> Pair<'a> {
         Ok(pair)
     }
 
-    /// Pixels in the image, masked ones included.
+    /// Number of pixels in the image, masked ones included.
     pub(crate) fn len(&self) -> usize {
         self.reference.len()
     }
@@ -105,22 +105,22 @@ impl<'a> Pair<'a> {
         self.mask.is_none_or(|mask| mask[index])
     }
 
-    /// Indices of the pixels that take part, in order.
+    /// Indices of the unmasked pixels, in order.
     pub(crate) fn indices(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.len()).filter(|&i| self.takes_part(i))
     }
 
-    /// Image and reference values of the pixels that take part, in order.
+    /// Image and reference values of the unmasked pixels, in order.
     pub(crate) fn values(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
         self.indices().map(|i| self.at(i))
     }
 
-    /// Image and reference values of a pixel that takes part.
+    /// Image and reference values of an unmasked pixel.
     pub(crate) fn at(&self, index: usize) -> (DVec3, DVec3) {
         (self.image[index].as_dvec3(), self.reference[index].as_dvec3())
     }
 
-    /// One value for each pixel of the picture from image and reference divided by the peak; `masked` elsewhere.
+    /// Values for each pixel from image and reference divided by the peak; `masked` elsewhere.
     pub(crate) fn map_relative<T: Clone>(&self, masked: T, value: impl Fn(DVec3, DVec3) -> T) -> Vec<T> {
         let mut out = vec![masked; self.len()];
         for i in self.indices() {
@@ -129,7 +129,7 @@ impl<'a> Pair<'a> {
         out
     }
 
-    /// Mean over the pixels that take part, summed in order.
+    /// Mean over the unmasked pixels, summed in order.
     pub(crate) fn mean(&self, values: &[f64]) -> f64 {
         self.indices().map(|i| values[i]).sum::<f64>() / self.count as f64
     }

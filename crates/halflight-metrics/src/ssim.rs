@@ -1,5 +1,5 @@
-//! Structural similarity: Wang, Bovik, Sheikh, Simoncelli, "Image Quality Assessment: From Error Visibility to
-//! Structural Similarity", IEEE TIP 13(4), 2004, Eq. 13 with the constants of §III-C.
+//! Structural similarity: Wang, Bovik, Sheikh, Simoncelli, "Image Quality Assessment: From Error Visibility
+//! to Structural Similarity", IEEE TIP 13(4), 2004, Eq. 13 with the constants of §III-C.
 
 use crate::{
     color::luminance,
@@ -14,13 +14,13 @@ const RADIUS: usize = 5;
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
-/// Mean SSIM of the luminance over the pixels that take part, both images divided by the reference's peak.
+/// Mean SSIM of the luminance over the unmasked pixels, both images divided by the reference's peak.
 ///
-/// At the image's edge and beside masked pixels the window keeps the pixels it has and its weights are scaled back
-/// to a sum of 1, so that every pixel counts and no invented value takes part.
+/// At the image's edge and beside masked pixels the window keeps its valid pixels and its weights are
+/// rescaled to a sum of 1, so that every pixel counts and no padding is used.
 pub(crate) fn ssim(pair: &Pair<'_>) -> f64 {
     let taps = gaussian(RADIUS, SIGMA);
-    // Masked pixels weigh nothing: all their moments, the zeroth included, are zero.
+    // Masked pixels have zero weight: all their moments, the zeroth included, are zero.
     let moments = pair.map_relative([0.0; 6], |image, reference| {
         let (x, y) = (luminance(image), luminance(reference));
         [1.0, x, y, x * x, y * y, x * y]

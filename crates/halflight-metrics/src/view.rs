@@ -1,11 +1,11 @@
-//! The borrowed image every function of this crate takes.
+//! Borrowed image, the argument of every function of this crate.
 
 use glam::Vec3;
 use thiserror::Error;
 
-/// A borrowed linear RGB image, rows from the top left, with an optional mask of the pixels that take part.
+/// Borrowed linear RGB image, rows from the top left, with an optional mask of the pixels to compare.
 ///
-/// Pixels outside the mask may hold anything, NaN included: they are never read as values.
+/// Pixels outside the mask may have any value, NaN included: they are never read as values.
 #[derive(Clone, Copy, Debug)]
 pub struct Image<'a> {
     width: u32,
@@ -15,10 +15,10 @@ pub struct Image<'a> {
 }
 
 impl<'a> Image<'a> {
-    /// Borrows `width × height` pixels, all of which take part.
+    /// Borrows `width × height` pixels, none of them masked.
     ///
     /// # Errors
-    /// [`ImageError`] where a side is zero or the number of pixels is not `width × height`.
+    /// [`ImageError`] if a side is zero or the number of pixels is not `width × height`.
     pub fn new(width: u32, height: u32, pixels: &'a [Vec3]) -> Result<Self, ImageError> {
         let expected = u64::from(width) * u64::from(height);
         if expected == 0 {
@@ -30,10 +30,10 @@ impl<'a> Image<'a> {
         Ok(Self { width, height, pixels, mask: None })
     }
 
-    /// Lets only the pixels take part whose entry in `mask` is true.
+    /// Masks all pixels whose entry in `mask` is false.
     ///
     /// # Errors
-    /// [`ImageError::MaskCount`] where the mask does not have one entry a pixel.
+    /// [`ImageError::MaskCount`] if the mask does not have one entry per pixel.
     pub fn with_mask(self, mask: &'a [bool]) -> Result<Self, ImageError> {
         if mask.len() != self.pixels.len() {
             return Err(ImageError::MaskCount { expected: self.pixels.len(), found: mask.len() });
@@ -53,13 +53,13 @@ impl<'a> Image<'a> {
         self.height
     }
 
-    /// The pixels, masked ones included.
+    /// Pixels of the image, masked ones included.
     #[must_use]
     pub fn pixels(&self) -> &'a [Vec3] {
         self.pixels
     }
 
-    /// The mask, true for a pixel that takes part; `None` where all do.
+    /// Mask of the image, true for a pixel to compare; `None` if no pixel is masked.
     #[must_use]
     pub fn mask(&self) -> Option<&'a [bool]> {
         self.mask
@@ -71,10 +71,10 @@ impl<'a> Image<'a> {
         ((index % width) as u32, (index / width) as u32)
     }
 
-    /// The mask two images share.
+    /// Common mask of two images.
     ///
-    /// A mask given by only one image holds for both. Two masks must agree: taking their intersection would let an
-    /// image hide its worst pixels by calling them invalid.
+    /// A mask of only one image holds for both. Two masks must be equal: with their intersection, an image
+    /// could hide its worst pixels by masking them.
     pub(crate) fn common_mask(&self, other: &Self) -> Result<Option<&'a [bool]>, ShapeMismatch> {
         if (self.width, self.height) != (other.width, other.height) {
             return Err(ShapeMismatch::Size { a: (self.width, self.height), b: (other.width, other.height) });
@@ -94,7 +94,7 @@ impl<'a> Image<'a> {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ImageError {
-    /// A side is zero.
+    /// Side of length zero.
     #[error("an image of {width}×{height} has no pixels; both sides must be at least 1")]
     Empty {
         /// Width in pixels.
@@ -102,7 +102,7 @@ pub enum ImageError {
         /// Height in pixels.
         height: u32,
     },
-    /// Not one value a pixel.
+    /// Number of pixels that is not `width × height`.
     #[error("an image of {width}×{height} needs {expected} pixels, found {found}")]
     PixelCount {
         /// Width in pixels.
@@ -111,24 +111,24 @@ pub enum ImageError {
         height: u32,
         /// `width × height`.
         expected: u64,
-        /// The number of pixels given.
+        /// Number of pixels given.
         found: usize,
     },
-    /// Not one mask entry a pixel.
+    /// Number of mask entries that is not the number of pixels.
     #[error("the mask needs one entry for each of the {expected} pixels, found {found}")]
     MaskCount {
-        /// The number of pixels.
+        /// Number of pixels.
         expected: usize,
-        /// The number of mask entries given.
+        /// Number of mask entries given.
         found: usize,
     },
 }
 
-/// Two images that cannot be set against each other pixel by pixel.
+/// Error of comparing two images pixel by pixel.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ShapeMismatch {
-    /// Their sizes differ.
+    /// Different sizes.
     #[error("the images differ in size: {}×{} against {}×{}", a.0, a.1, b.0, b.1)]
     Size {
         /// Width and height of the first image.
@@ -136,12 +136,12 @@ pub enum ShapeMismatch {
         /// Width and height of the second image.
         b: (u32, u32),
     },
-    /// Both have a mask and the masks disagree.
+    /// Different masks.
     #[error(
         "the images' masks disagree at {pixels} pixels, the first at ({x}, {y}); give both the same mask"
     )]
     Mask {
-        /// How many pixels are in one mask only.
+        /// Number of pixels that are in one mask only.
         pixels: usize,
         /// Column of the first.
         x: u32,

@@ -1,4 +1,4 @@
-//! The approximate comparison: what it lets pass, and what it must not.
+//! Approximate comparison: differences that it accepts and refuses.
 
 #![allow(clippy::unwrap_used, reason = "a helper of a test may fail it")]
 

@@ -12,7 +12,7 @@ use std::thread;
 
 use halflight_metrics::{check_output, is_same_file, is_stream, write_file};
 
-/// An empty folder of the test's own.
+/// Creates an empty folder for one test.
 fn folder(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("files-{name}"));
     let _ = fs::remove_dir_all(&path);
@@ -89,7 +89,7 @@ fn attributes_stay_with_their_file() {
     use rustix::fs::{XattrFlags, getxattr, setxattr};
     let path = folder("attributes").join("a");
     fs::write(&path, "before").unwrap();
-    // Not all file systems have them.
+    // Extended attributes are not available on all file systems.
     if setxattr(&path, "user.note", b"kept", XattrFlags::empty()).is_ok() {
         write_file(&path, b"after").unwrap();
         let mut note = [0; 4];
@@ -153,7 +153,7 @@ fn files_in_folders_that_are_closed_are_written_and_closed_files_are_not() {
     }
     fs::set_permissions(&closed, Permissions::from_mode(0o444)).unwrap();
     fs::set_permissions(&folder, Permissions::from_mode(0o555)).unwrap();
-    // Nothing is closed to root.
+    // Root may write everywhere.
     let root = File::create(folder.join("new")).is_ok();
     write_file(&open, b"after").unwrap();
     if !root {
@@ -190,6 +190,6 @@ fn names_of_one_file_are_told_from_names_of_two() {
         assert!(!same(a, b) && !same(b, a), "{a} {b}");
     }
     assert!(is_same_file(Path::new("-"), Path::new("/dev/stdout")));
-    // Devices keep nothing.
+    // Devices keep no content.
     assert!(!is_same_file(Path::new("/dev/null"), Path::new("/dev/null")));
 }

@@ -1,4 +1,4 @@
-//! Flicker of made-up frames, by hand.
+//! Flicker of synthetic frames, computed by hand.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
@@ -37,7 +37,8 @@ fn what_changes_with_the_reference_does_not_flicker() {
     let found = flicker([image(&old), image(&old_reference)], [image(&new), image(&reference)]).unwrap();
     // Luminances are rounded in double precision.
     assert!(found.mean < 1e-14 && found.p99 < 1e-14, "{found:?}");
-    // With references the wrong way round the reference's own change is counted twice: 2 · pixel, over 1 + pixel.
+    // With references the wrong way round the reference's own change is counted twice: 2 · pixel, over 1 +
+    // pixel.
     let found = flicker([image(&old), image(&reference)], [image(&new), image(&old_reference)]).unwrap();
     assert!((found.mean - 2.0 * 99.5 / 100.5).abs() < NEAR, "{found:?}");
 }

@@ -1,4 +1,4 @@
-//! Each measure against its closed form, its invariances, and images it must tell apart.
+//! Measures against their closed forms, their invariances, and images that they must distinguish.
 
 #![allow(clippy::unwrap_used, reason = "a helper of a test may fail it")]
 
@@ -7,7 +7,7 @@ use halflight_metrics::{
     CompareError, Comparison, Image, ImageError, Role, ShapeMismatch, compare, halves_noise, nmse2,
 };
 
-/// Sums of a few dozen values in `f64`: rounding stays far below this share of the result.
+/// Relative rounding error of sums of a few dozen values in `f64`, with a margin.
 const ROUNDING: f64 = 1e-12;
 
 fn gray(values: &[f32]) -> Vec<Vec3> {
@@ -89,7 +89,7 @@ fn ssim_of_flat_images_is_its_mean_term() {
     }
 }
 
-/// SSIM window by window, as the definition reads, with deviations from the mean instead of moments.
+/// SSIM window by window, by its definition, with deviations from the mean instead of moments.
 fn ssim_by_definition(width: i32, image: &[f64], reference: &[f64], mask: &[bool]) -> f64 {
     let height = image.len() as i32 / width;
     let (mut sum, mut count) = (0.0, 0.0);
@@ -138,8 +138,8 @@ fn ssim_equals_its_definition_with_borders_and_masks() {
 
 #[test]
 fn flip_of_plain_colours_matches_the_authors_program() {
-    // From nv-flip 0.1.2 on 8-bit images of one colour, 16×16, at 67 pixels per degree; the crate's `flip` tests
-    // say why its figures are good to 5e-5.
+    // From nv-flip 0.1.2 on 8-bit images of one colour, 16×16, at 67 pixels per degree; the crate's `flip`
+    // tests explain why its values are accurate to 5e-5.
     let flat = |color: Vec3| vec![color; 256];
     let black_on_white = errors(16, &flat(Vec3::ZERO), &flat(Vec3::ONE)).flip;
     assert!((black_on_white - 0.967_392).abs() < 5e-5, "{black_on_white}");
@@ -167,7 +167,7 @@ fn every_measure_rejects_a_perturbed_image() {
         let reference = picture(width, height);
         for channel in 0..3 {
             let mut image = reference.clone();
-            // Downwards: ꟻLIP clamps what is brighter than the reference's peak.
+            // Downwards: ꟻLIP clamps pixels brighter than the reference's peak.
             image[width * height / 2][channel] -= 0.01;
             let equal = errors(width as u32, &reference, &reference);
             let perturbed = errors(width as u32, &image, &reference);
@@ -240,10 +240,10 @@ fn masked_pixels_take_no_part() {
             [c.sse, c.nmse, c.nmse2, c.rmse, c.relmse, c.max, c.psnr],
             [whole.sse, whole.nmse, whole.nmse2, whole.rmse, whole.relmse, whole.max, whole.psnr]
         );
-        // The two pixels left stand one above the other, as they do in the whole image.
+        // The two remaining pixels are one above the other, as in the whole image.
         assert!((c.ssim - whole.ssim).abs() < 1e-12);
         assert!(c.flip > 0.0 && c.flip < 1.0);
-        // What masked pixels hold changes nothing.
+        // Values of masked pixels have no effect.
         let mut other = image;
         other[1] = Vec3::splat(7.0);
         assert_eq!(compare(view(&other).with_mask(&mask).unwrap(), b).unwrap(), c);
@@ -299,7 +299,7 @@ fn images_that_do_not_fit_their_size_are_refused() {
 
 #[test]
 fn extreme_values_give_figures_without_nan() {
-    // The brightest and the dimmest numbers an `f32` can hold.
+    // Largest and smallest numbers of `f32`.
     let reference = gray(&[f32::from_bits(1), 0.0]);
     let image = gray(&[f32::MAX, -f32::MAX]);
     for (name, value) in figures(&errors(2, &image, &reference)) {
@@ -347,8 +347,9 @@ fn halves_estimate_the_error_of_their_mean() {
     let view = |pixels| Image::new(64, 64, pixels).unwrap();
     let estimate = halves_noise(view(&a), view(&b)).unwrap();
     let actual = compare(view(&mean), view(&truth)).unwrap().nmse2;
-    // The difference and the mean of two uniform errors are triangular (kurtosis 2.4): each mean square over 12,288
-    // channels has a relative deviation of √(1.4 / 12288) = 1.1 %, the ratio √2 times that; five of them are 7.6 %.
+    // The difference and the mean of two uniform errors are triangular (kurtosis 2.4): each mean square over
+    // 12,288 channels has a relative deviation of √(1.4 / 12288) = 1.1 %, the ratio √2 times that; five of
+    // them are 7.6 %.
     assert!((estimate / actual - 1.0).abs() < 0.076, "estimate {estimate}, actual {actual}");
 }
 
@@ -362,7 +363,7 @@ fn figures_survive_json_and_csv() {
         assert_eq!(json.contains(r#""psnr":null"#), c.psnr.is_infinite(), "{json}");
         let read: Comparison = serde_json::from_str(&json).unwrap();
         for ((name, read), (_, written)) in figures(&read).into_iter().zip(figures(&c)) {
-            // serde_json's quick way of reading numbers may be off by an ulp.
+            // The fast number parser of serde_json may be wrong by an ulp.
             let close = (read - written).abs() <= f64::EPSILON * written.abs();
             assert!(read == written || close, "{name}: {read} is not {written}");
         }

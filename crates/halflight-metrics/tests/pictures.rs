@@ -10,7 +10,7 @@ use std::{
 use glam::Vec3;
 use halflight_metrics::{CompareError, Image, error_map, squared_error_picture, tone_map, write_png};
 
-/// An empty folder of the test's own.
+/// Creates an empty folder for one test.
 fn folder(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     if path.exists() {
@@ -38,7 +38,8 @@ fn error_maps_show_the_difference_where_it_is() {
     let [zero, some, same, masked] = map.picture(0.5)[..] else { panic!("four pixels") };
     assert_eq!(some, same);
     assert!(zero != some && masked != zero && masked != some);
-    // The scale is fixed by the caller: half of it shows the same error at the end of the ramp, where all beyond is.
+    // The scale is fixed by the caller: half of it shows the same error at the end of the ramp, where all
+    // beyond is.
     let end = map.picture(0.25)[1];
     assert_ne!(end, some);
     assert_eq!(map.picture(0.1)[1], end);
@@ -59,7 +60,8 @@ fn error_maps_refuse_what_cannot_be_compared() {
 
 #[test]
 fn tone_mapping_is_srgb_with_a_fixed_exposure() {
-    // Known pairs of the sRGB transfer function: 0.2140 is 50 % (127.5), 0.0031308 the end of its linear part.
+    // Known pairs of the sRGB transfer function: 0.2140 is 50 % (127.5), 0.0031308 the end of its linear
+    // part.
     let linear = [Vec3::new(0.0, 1.0, 0.214_041_14), Vec3::new(0.003_130_8, -1.0, 9.0), Vec3::NAN];
     assert_eq!(tone_map(&linear[..1], 1.0)[0][..2], [0, 255]);
     assert!((127..=128).contains(&tone_map(&linear, 1.0)[0][2]));
@@ -94,7 +96,7 @@ fn failed_writes_leave_nothing_behind() {
     assert_eq!(fs::read(&path).unwrap(), b"before");
     assert_eq!(names(&folder), ["kept.png"]);
 
-    // A folder is in the way, or missing.
+    // Path that is a folder, and path in a missing folder.
     let taken = folder.join("taken");
     fs::create_dir_all(taken.join("inside")).unwrap();
     assert!(write_png(&taken, 1, 1, &[[0; 3]]).is_err());

@@ -1,4 +1,4 @@
-//! The scenes that come with the crate.
+//! Scenes that come with the crate.
 
 /// Names and texts of the scene files in a list of names.
 macro_rules! scenes {

@@ -1,11 +1,11 @@
-//! Cleaning of a loaded mesh: triangles without an area go, and so do vertices that no triangle uses.
+//! Cleaning of a loaded mesh: removes triangles without an area and unused vertices.
 
 use glam::Vec3;
 use halflight_core::scene::Mesh;
 use rayon::prelude::*;
 
-/// Removes the triangles of `mesh` that have no area or name a vertex twice, then the vertices that no triangle
-/// uses. Returns how many triangles went.
+/// Removes the triangles of `mesh` that have no area or use a vertex twice, then the vertices that no
+/// triangle uses. Returns the number of removed triangles.
 pub(crate) fn drop_zero_area(mesh: &mut Mesh) -> usize {
     let before = mesh.triangles.len();
     let keep: Vec<bool> =
@@ -20,12 +20,13 @@ pub(crate) fn drop_zero_area(mesh: &mut Mesh) -> usize {
     before - mesh.triangles.len()
 }
 
-/// Whether a triangle spans an area that single precision can still work with.
+/// True if the area of a triangle is large enough for single precision.
 fn has_area([a, b, c]: [Vec3; 3]) -> bool {
     let [u, v] = [(b - a), (c - a)];
     let [exact_u, exact_v] = [b.as_dvec3() - a.as_dvec3(), c.as_dvec3() - a.as_dvec3()];
-    // The square of the sine. In double precision the cross product of collinear single-precision points is zero up to the
-    // last bits (1e-16); three points that are only nearly collinear are at least 1e-7 off.
+    // Limit on the square of the sine. In double precision the cross product of collinear single-precision
+    // points is zero up to the last bits (1e-16); three points that are only nearly collinear have at least
+    // 1e-7.
     let limit = 1e-20 * exact_u.length_squared() * exact_v.length_squared();
     let square = u.cross(v).length_squared();
     exact_u.cross(exact_v).length_squared() > limit && square > 0.0 && square.is_finite()

@@ -8,7 +8,8 @@ use crate::folders::Folders;
 use crate::mtl::Library;
 use crate::texture::TextureStore;
 
-/// Largest number of vertices and of triangles: what the renderer can index, with triangle corners in 32 bits.
+/// Largest number of vertices and of triangles: what the renderer can index, with triangle corners in 32
+/// bits.
 pub(crate) const MAX_COUNT: usize = (u32::MAX / 4) as usize;
 
 /// State that the meshes of a scene share while it is loaded.
@@ -23,7 +24,7 @@ pub(crate) struct Context {
 }
 
 impl Context {
-    /// Records `warning` unless it has been said.
+    /// Records `warning` unless it was recorded before.
     pub(crate) fn warn(&mut self, warning: String) {
         if self.said.insert(warning.clone()) {
             self.warnings.push(warning);

@@ -1,4 +1,4 @@
-//! Why a scene cannot be loaded.
+//! Errors of loading scenes.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -6,34 +6,34 @@ use std::path::{Path, PathBuf};
 use halflight_core::light::LightError;
 use halflight_core::scene::MeshError;
 
-/// Why a scene cannot be loaded. Every message names the file and, where there is one, the line or element.
+/// Error of loading a scene. Every message names the file and, where there is one, the line or element.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
     /// Neither a bundled scene nor a file.
     #[error("there is no scene `{name}`: neither a file of that name nor one of the bundled scenes {}", bundled.join(", "))]
     UnknownScene {
-        /// What was asked for.
+        /// Requested name.
         name: String,
-        /// The bundled scenes.
+        /// Names of the bundled scenes.
         bundled: Vec<&'static str>,
     },
     /// A file cannot be opened or read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// A file was read, but what it says is wrong.
+    /// Invalid content of a file.
     #[error("{file}{place}: {message}")]
     Invalid {
-        /// The file as it was named to the loader.
+        /// Name of the file as given to the loader.
         file: String,
-        /// Where in the file.
+        /// Location in the file.
         place: Place,
-        /// What is wrong and what would be right.
+        /// Description of the fault, and of valid content.
         message: String,
     },
     /// The merged mesh breaks an invariant of the renderer, for example by being too large.
@@ -56,14 +56,14 @@ pub enum SceneError {
     },
 }
 
-/// Where in a file a fault lies.
+/// Location of a fault in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// The file as a whole.
+    /// Whole file.
     File,
-    /// A line, counted from 1.
+    /// Line, counted from 1.
     Line(usize),
-    /// An element of a file without meaningful lines, counted from 0: `vertex 12`.
+    /// Element of a file without meaningful lines, counted from 0: `vertex 12`.
     Element(&'static str, usize),
 }
 
@@ -79,7 +79,7 @@ impl fmt::Display for Place {
 }
 
 impl SceneError {
-    /// A fault at `place` of a mesh file.
+    /// Fault at a location of a mesh file.
     pub(crate) fn invalid(path: &Path, place: Place, message: impl Into<String>) -> Self {
         Self::Invalid { file: path.display().to_string(), place, message: message.into() }
     }

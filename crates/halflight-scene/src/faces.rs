@@ -3,9 +3,9 @@
 /// Faces as runs of faces of the same number of corners.
 #[derive(Clone)]
 pub(crate) struct Faces<C> {
-    /// The corners of all faces.
+    /// Corners of all faces.
     pub(crate) corners: Vec<C>,
-    /// Numbers of corners, and how many faces in a row have so many.
+    /// Numbers of corners, and the number of consecutive faces that have so many.
     runs: Vec<(usize, usize)>,
     count: usize,
 }
@@ -22,12 +22,12 @@ impl<C> Faces<C> {
         self.count
     }
 
-    /// Number of triangles that the faces have, at most.
+    /// Upper bound on the number of triangles of the faces.
     pub(crate) fn triangles(&self) -> usize {
         self.runs.iter().map(|&(corners, faces)| corners.saturating_sub(2) * faces).sum()
     }
 
-    /// Makes the last `corners` corners a face.
+    /// Turns the last `corners` corners into a face.
     pub(crate) fn end_face(&mut self, corners: usize) {
         self.add_run(corners, 1);
     }
@@ -49,7 +49,7 @@ impl<C> Faces<C> {
         }
     }
 
-    /// Appends faces with other corners.
+    /// Appends faces whose corners are mapped by a function.
     pub(crate) fn append<D>(&mut self, other: &Faces<D>, corner: impl FnMut(&D) -> C) {
         self.corners.extend(other.corners.iter().map(corner));
         for &(corners, faces) in &other.runs {
@@ -57,20 +57,20 @@ impl<C> Faces<C> {
         }
     }
 
-    /// The corners of every face.
+    /// Corners of every face.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &[C]> {
         let mut rest = self.corners.as_slice();
         lengths(&self.runs).map_while(move |corners| rest.split_off(..corners))
     }
 
-    /// The corners of every face, to be changed.
+    /// Mutable corners of every face.
     pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = &mut [C]> {
         let mut rest = self.corners.as_mut_slice();
         lengths(&self.runs).map_while(move |corners| rest.split_off_mut(..corners))
     }
 }
 
-/// The number of corners of every face.
+/// Number of corners of every face.
 fn lengths(runs: &[(usize, usize)]) -> impl Iterator<Item = usize> {
     runs.iter().flat_map(|&(corners, faces)| std::iter::repeat_n(corners, faces))
 }

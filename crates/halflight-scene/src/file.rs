@@ -1,4 +1,4 @@
-//! The scene file: what it may say, and what it says.
+//! Parser and validation of scene files.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use crate::error::SceneError;
 use crate::section::{Found, Section, Source};
 use crate::transform::Transform;
 
-/// A scene file's content, checked, before any mesh is loaded.
+/// Content of a scene file, validated, before any mesh is loaded.
 pub(crate) struct SceneFile {
     pub(crate) camera: Camera,
     pub(crate) lights: Vec<AreaLight>,
@@ -20,21 +20,21 @@ pub(crate) struct SceneFile {
     pub(crate) animation: Option<AnimationEntry>,
 }
 
-/// A `[[mesh]]`.
+/// Entry of a `[[mesh]]`.
 pub(crate) struct MeshEntry {
     pub(crate) origin: Origin,
     pub(crate) transform: Transform,
     /// Replaces the mesh's own colours and textures.
     pub(crate) albedo: Option<Vec3>,
-    /// The line of the table's header.
+    /// Line of the table's header.
     pub(crate) line: usize,
 }
 
-/// Where a mesh comes from.
+/// Source of a mesh.
 pub(crate) enum Origin {
-    /// A path as the scene file writes it, and the line of the key.
+    /// Path as written in the scene file, and the line of the key.
     File(PathBuf, usize),
-    /// A generator's name, its parameters and the lines of their keys.
+    /// Name of a generator, its parameters and the lines of their keys.
     Generator { name: String, line: usize, parameters: toml::Table, lines: Vec<(String, usize)> },
 }
 
@@ -75,7 +75,7 @@ impl SceneFile {
     }
 }
 
-/// The sections of the array of tables under `key`; `path` is the key with those above it.
+/// Sections of the array of tables under `key`; `path` is the full dotted key.
 pub(crate) fn tables<'a>(
     parent: &mut Section<'a>,
     key: &str,
@@ -100,7 +100,7 @@ fn read_camera(mut section: Section<'_>) -> Result<Camera, SceneError> {
     read_view(&mut section, None)
 }
 
-/// A camera; what it does not say is as it was `before`.
+/// Reads a camera; missing values are those of `before`.
 pub(crate) fn read_view(section: &mut Section<'_>, before: Option<&Camera>) -> Result<Camera, SceneError> {
     let line = section.line;
     let was = |value: fn(&Camera) -> Vec3| before.map(|camera| Found { value: value(camera), line });
@@ -123,7 +123,7 @@ pub(crate) fn read_view(section: &mut Section<'_>, before: Option<&Camera>) -> R
             section.fault(target.line, "target is the same point as eye; expected a point to look at")
         );
     }
-    // The sine of the angle to the view: below this, single precision no longer tells which way is up.
+    // Sine of the angle to the view: below this limit, single precision does not define the up direction.
     let up_direction = up.value.as_dvec3().normalize_or_zero();
     if up_direction.cross(view).length() < 1e-4 {
         let message = "up is zero or along the line from eye to target; expected a direction across it";
@@ -159,7 +159,7 @@ fn read_light(index: usize, mut section: Section<'_>) -> Result<AreaLight, Scene
 }
 
 fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {
-    // A generator has parameters of its own and checks them itself.
+    // Generators validate their own parameters.
     if !section.has("generator") {
         section.allow(&["file", "generator", "transform", "albedo"])?;
     }

@@ -1,19 +1,19 @@
-//! Files found whatever the case of their names.
+//! Case-insensitive lookup of files.
 
 use std::collections::HashMap;
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-/// Folders and the names in them, each folder listed once.
+/// Listed folders and the names in them, each folder listed once.
 #[derive(Default)]
 pub(crate) struct Folders {
     listed: HashMap<PathBuf, HashMap<String, OsString>>,
 }
 
 impl Folders {
-    /// The file at `relative` in `folder`, part by part: as written, or else the first name, in order, that differs only in
-    /// case.
+    /// Finds the file at `relative` in `folder`, component by component: the exact name, or else the first
+    /// name, in order, that differs only in case.
     pub(crate) fn find(&mut self, folder: &Path, relative: &Path) -> Option<PathBuf> {
         let mut found = folder.to_path_buf();
         for part in relative.components() {
@@ -31,7 +31,7 @@ impl Folders {
         found.is_file().then_some(found)
     }
 
-    /// The names in `folder` by their lower case.
+    /// Names in `folder` by their lower-case form.
     fn names(&mut self, folder: &Path) -> &HashMap<String, OsString> {
         self.listed.entry(folder.to_path_buf()).or_insert_with(|| {
             // An empty path means the current folder to `join`, but not to `read_dir`.
@@ -50,12 +50,12 @@ impl Folders {
     }
 }
 
-/// The path that `name` means: exporters on Windows write backslashes.
+/// Path of a file name: exporters on Windows write backslashes.
 pub(crate) fn path_of(name: &[u8]) -> PathBuf {
     String::from_utf8_lossy(name).replace('\\', "/").into()
 }
 
-/// A folder as messages show it: the current one is not empty.
+/// Folder as shown in messages: the current one is not empty.
 pub(crate) fn shown(folder: &Path) -> String {
     if folder.as_os_str().is_empty() { "./".to_string() } else { folder.display().to_string() }
 }

@@ -43,10 +43,11 @@
 //! # Ok::<(), halflight_scene::SceneError>(())
 //! ```
 //!
-//! Faults of scene files, and faults of OBJ and PLY files that leave no mesh to show, are [`SceneError`]s that name the file
-//! and the line or element. Whatever else is not supported or left out is said once, in [`LoadReport::warnings`]: bad lines of
-//! MTL files, faces with a position that is not finite, indices of normals or texture coordinates that are not defined, options
-//! of textures. Triangles without an area are dropped and counted; missing normals are computed.
+//! Faults of scene files, and faults of OBJ and PLY files that leave no usable mesh, are [`SceneError`]s that
+//! name the file and the line or element. Other content that is not supported or is dropped gives one warning
+//! each in [`LoadReport::warnings`]: bad lines of MTL files, faces with a position that is not finite,
+//! undefined indices of normals or texture coordinates, options of textures. Triangles without an area are
+//! dropped and counted; missing normals are computed.
 //!
 //! | file | what is read |
 //! | --- | --- |
@@ -90,19 +91,19 @@ pub use bundled::bundled;
 pub use error::{Place, SceneError};
 pub use report::{LoadReport, MeshReport};
 
-/// A scene and what loading it did.
+/// Scene and the results of loading it.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// Ready to render: world space, clean, valid.
+    /// Scene ready to render: world space, clean, valid.
     pub scene: Scene,
-    /// How it changes with time, if its file says so.
+    /// Animation of the scene, if its file has one.
     pub animation: Option<Animation>,
-    /// What was dropped, computed or left out.
+    /// Report of dropped, computed and ignored content.
     pub report: LoadReport,
 }
 
-/// Loads the scene file at `path`. Paths in it are relative to its folder; where it is a pipe, a terminal or anything else below
-/// `/dev` or `/proc`, to the current one.
+/// Loads the scene file at `path`. Paths in it are relative to its folder; where it is a pipe, a terminal or
+/// anything else below `/dev` or `/proc`, to the current one.
 ///
 /// # Errors
 /// Any [`SceneError`] but [`SceneError::UnknownScene`].
@@ -114,7 +115,7 @@ pub fn load(path: &Path) -> Result<Loaded, SceneError> {
     load_bytes(bytes, &path.display().to_string(), folder)
 }
 
-/// Loads the scene file that standard input gives. Paths in it are relative to the current folder.
+/// Loads the scene file from standard input. Paths in it are relative to the current folder.
 fn load_standard_input() -> Result<Loaded, SceneError> {
     let mut bytes = Vec::new();
     std::io::stdin()
@@ -137,7 +138,7 @@ fn load_bytes(bytes: Vec<u8>, name: &str, folder: &Path) -> Result<Loaded, Scene
 /// Loads the bundled scene `name`, one of [`bundled`].
 ///
 /// # Errors
-/// [`SceneError::UnknownScene`] where there is none of that name.
+/// [`SceneError::UnknownScene`] if there is no scene of that name.
 pub fn load_bundled(name: &str) -> Result<Loaded, SceneError> {
     let text = bundled::text(name).ok_or_else(|| unknown(name))?;
     load::load(text, &format!("{name}.toml"), Path::new(""))
@@ -146,7 +147,7 @@ pub fn load_bundled(name: &str) -> Result<Loaded, SceneError> {
 /// Loads `name_or_path`: a bundled scene, `-` for standard input, or else a scene file, which may be a pipe.
 ///
 /// # Errors
-/// [`SceneError::UnknownScene`] where it is none of them, and whatever [`load`] finds.
+/// [`SceneError::UnknownScene`] if it is none of them, and all errors of [`load`].
 pub fn resolve(name_or_path: &str) -> Result<Loaded, SceneError> {
     if bundled::text(name_or_path).is_some() {
         return load_bundled(name_or_path);
@@ -159,10 +160,11 @@ pub fn resolve(name_or_path: &str) -> Result<Loaded, SceneError> {
     }
 }
 
-/// Loads the scene that `text` describes. Faults call it `name`; paths in it are relative to `folder`.
+/// Loads the scene that `text` describes. Error messages call it `name`; paths in it are relative to
+/// `folder`.
 ///
 /// # Errors
-/// As for [`load`].
+/// See [`load`].
 pub fn parse(text: &str, name: &str, folder: &Path) -> Result<Loaded, SceneError> {
     load::load(text, name, folder)
 }

@@ -1,4 +1,4 @@
-//! From a checked scene file to one world-space mesh.
+//! Loading: from a validated scene file to one world-space mesh.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -18,9 +18,9 @@ use crate::section::{Source, line_ends};
 use crate::transform::Transform;
 use crate::{Loaded, obj, ply};
 
-/// Loads the scene that `text` describes; `name` is what faults call it.
+/// Loads the scene that `text` describes; error messages call it `name`.
 pub(crate) fn load(text: &str, name: &str, folder: &Path) -> Result<Loaded, SceneError> {
-    // What old editors and systems put around a text.
+    // Marks that old editors and systems put around a text.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text).trim_end_matches(['\0', '\u{1a}']);
     let with_line_feeds;
     let text = if text.contains('\n') {
@@ -59,7 +59,7 @@ pub(crate) fn load(text: &str, name: &str, folder: &Path) -> Result<Loaded, Scen
 
 /// The mesh files of a scene, each read once.
 struct Files {
-    /// For every path, how many entries have not used it, and whether one of them shows its colours.
+    /// Number of entries that have yet to use each path, and true if any of them shows its colours.
     uses: HashMap<PathBuf, (usize, bool)>,
     /// Meshes that another entry will use.
     kept: HashMap<PathBuf, ModelMesh>,
@@ -78,7 +78,7 @@ impl Files {
         Self { uses, kept: HashMap::new() }
     }
 
-    /// The mesh of the file at `path`; `line` is where the scene names it.
+    /// Mesh of the file at `path`; `line` is the line of the scene file that names it.
     fn take(
         &mut self,
         path: &Path,
@@ -101,7 +101,7 @@ impl Files {
     }
 }
 
-/// One mesh in world space, clean. Its textures are those of `context`.
+/// Loads one mesh in world space, clean. Its textures are those of `context`.
 fn load_mesh(
     entry: MeshEntry,
     scene: Source<'_>,
@@ -163,7 +163,7 @@ fn load_mesh(
     Ok((mesh, MeshReport { source, triangles, zero_area_dropped, normals_computed }))
 }
 
-/// Reads a mesh file by its ending; `line` is where the scene names it.
+/// Reads a mesh file by its extension; `line` is the line of the scene file that names it.
 fn read_file(
     path: &Path,
     line: usize,
@@ -182,7 +182,7 @@ fn read_file(
         }
     };
     match mesh {
-        // Which mesh of which scene is missing says more than the operating system does.
+        // The message names the missing mesh and the scene instead of the system's error.
         Err(SceneError::Read { path: missing, source })
             if missing == path && source.kind() == std::io::ErrorKind::NotFound =>
         {
@@ -194,7 +194,7 @@ fn read_file(
     }
 }
 
-/// Appends `mesh` to `all`; texture indices hold for both.
+/// Appends `mesh` to `all`; texture indices are common to both.
 fn append(all: &mut Mesh, mut mesh: Mesh) {
     let first_vertex = all.positions.len() as u32;
     let first_material = all.materials.len() as u32;

@@ -6,23 +6,23 @@ use halflight_core::scene::{Material, Mesh};
 use crate::faces::Faces;
 use crate::polygon::triangulate;
 
-/// A mesh in model space, positions in double precision: files of surveys have coordinates that single precision rounds to
-/// half a metre, and only the transform of the scene file brings them near the origin.
+/// Mesh in model space, with positions in double precision: survey files have coordinates that single
+/// precision rounds to half a metre, and only the scene file's transform brings them near the origin.
 #[derive(Clone, Default)]
 pub(crate) struct ModelMesh {
     pub(crate) positions: Vec<DVec3>,
     /// Unit normals; zero where one is to be computed.
     pub(crate) normals: Vec<Vec3>,
     pub(crate) uvs: Vec<Vec2>,
-    /// Corners are vertices. Faces become triangles only in world space, so that no rounding turns one around.
+    /// Corners as vertex indices. Faces are triangulated in world space, so that no rounding flips one.
     pub(crate) faces: Faces<u32>,
-    /// Numbers of faces, and the material from there on; the first is 0.
+    /// First face and material of each run; material 0 before the first run.
     pub(crate) runs: Vec<(usize, u32)>,
     pub(crate) materials: Vec<Material>,
 }
 
 impl ModelMesh {
-    /// The materials of faces, which are asked for in order.
+    /// Material of each face; faces must be queried in order.
     pub(crate) fn material_of(&self) -> impl FnMut(usize) -> u32 {
         let mut runs = self.runs.iter().peekable();
         let mut current = 0;
@@ -34,7 +34,7 @@ impl ModelMesh {
         }
     }
 
-    /// Removes faces with a position that is not finite. Returns how many they are, and the first such vertex.
+    /// Removes faces with a position that is not finite. Returns their number, and the first such vertex.
     pub(crate) fn drop_faces_that_are_not_finite(&mut self) -> Option<(usize, u32)> {
         if self.positions.iter().all(|position| position.is_finite()) {
             return None;
@@ -61,8 +61,8 @@ impl ModelMesh {
         dropped
     }
 
-    /// Replaces texture coordinates that are not finite by zero, so that nothing that looks a texture up has to care.
-    /// Returns whether a face with a texture used one of them.
+    /// Replaces texture coordinates that are not finite by zero, so that texture lookups are safe. Returns
+    /// true if a textured face used one of them.
     pub(crate) fn replace_uvs_that_are_not_finite(&mut self) -> bool {
         if self.uvs.iter().all(|uv| uv.is_finite()) {
             return false;
@@ -79,7 +79,7 @@ impl ModelMesh {
         used
     }
 
-    /// The triangles of the mesh, with `positions` in place of its own.
+    /// Triangles of the mesh, with `positions` instead of its own.
     pub(crate) fn into_mesh(self, positions: Vec<Vec3>) -> Mesh {
         let mut triangles = Vec::with_capacity(self.faces.triangles());
         let mut material_ids = Vec::with_capacity(self.faces.triangles());

@@ -17,13 +17,13 @@ pub(crate) use map::UvTransform;
 /// The albedo of a material whose `Kd` is missing; MTL names none.
 const DEFAULT_KD: Vec3 = Vec3::splat(0.8);
 
-/// The materials of a file.
+/// Materials of a file.
 pub(crate) struct Library {
     path: PathBuf,
     materials: Vec<Definition>,
-    /// Materials by name; of two with one name the second.
+    /// Materials by name; of two with one name the second is used.
     exact: HashMap<Vec<u8>, usize>,
-    /// Materials by their names without what may be a comment or quotation marks; of two the first.
+    /// Materials by their names without possible comments or quotation marks; of two the first is used.
     shortened: HashMap<Vec<u8>, usize>,
 }
 
@@ -32,7 +32,7 @@ pub(crate) struct Library {
 struct Definition {
     name: Vec<u8>,
     kd: Option<Vec3>,
-    /// The arguments of `map_Kd`.
+    /// Arguments of `map_Kd`.
     map: Option<Vec<u8>>,
     illumination: Option<f64>,
     filters: bool,
@@ -52,18 +52,18 @@ impl Library {
         library
     }
 
-    /// The material of a name: as the library writes it, or shortened.
+    /// Material with a name: exactly as in the library, or shortened.
     pub(crate) fn find(&self, name: &[u8], shortened: bool) -> Option<usize> {
         if shortened { self.shortened.get(name) } else { self.exact.get(name) }.copied()
     }
 
-    /// All names, as the library writes them and shortened.
+    /// All names, exactly as in the library and shortened.
     pub(crate) fn names(&self) -> impl Iterator<Item = &[u8]> {
         self.exact.keys().chain(self.shortened.keys()).map(Vec::as_slice)
     }
 }
 
-/// The library at `path`, read once a scene; `None`, with a warning, where it cannot be read.
+/// Library at `path`, read once per scene; `None`, with a warning, where it cannot be read.
 pub(crate) fn library(path: &Path, context: &mut Context) -> Option<Rc<Library>> {
     if let Some(known) = context.libraries.get(path) {
         return Some(Rc::clone(known));
@@ -90,7 +90,7 @@ pub(crate) fn library(path: &Path, context: &mut Context) -> Option<Rc<Library>>
     Some(library)
 }
 
-/// The diffuse part of a library's material, and what is applied to texture coordinates.
+/// Diffuse part of a library's material, and the transform of its texture coordinates.
 pub(crate) fn surface(library: &Library, index: usize, context: &mut Context) -> (Material, UvTransform) {
     let material = &library.materials[index];
     let (texture, uv) = match &material.map {
@@ -103,14 +103,14 @@ pub(crate) fn surface(library: &Library, index: usize, context: &mut Context) ->
         let (path, name) = (library.path.display(), shown(&material.name));
         context.warn(format!("{path}: Kd outside 0 to 1 is clamped, first in material `{name}`"));
     }
-    // Exporters write a black Kd beside a texture that is meant to be seen.
+    // Exporters write a black Kd beside a texture that is meant to be visible.
     if texture.is_some() && (albedo == Vec3::ZERO || material.kd.is_none()) {
         albedo = Vec3::ONE;
     }
     (Material { albedo, texture }, uv)
 }
 
-/// Reads statements. A faulty one is left out and said; it costs no more than its own line.
+/// Reader of statements. A faulty statement is skipped with a warning and affects no other line.
 struct Reader<'a> {
     path: &'a Path,
     context: &'a mut Context,
@@ -188,7 +188,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Warns of glass that is written as a filter with an illumination model that lets light through, in whatever order.
+    /// Warns of glass that is written as a filter with a transparent illumination model, in any order.
     fn end_material(&mut self) {
         let glass = self.materials.last().is_some_and(|material| match material.illumination {
             Some(model @ 4.0..=9.0) => material.filters || ![5.0, 8.0].contains(&model),
@@ -212,7 +212,7 @@ impl Reader<'_> {
         self.first_left_out.get_or_insert_with(|| format!("{}:{line}: {message}", self.path.display()));
     }
 
-    /// The materials, once all is said.
+    /// Materials, after all statements were read.
     fn finish(self) -> Vec<Definition> {
         if let Some(first) = self.first_left_out {
             self.context.warn(match self.left_out {
@@ -224,7 +224,7 @@ impl Reader<'_> {
     }
 }
 
-/// A colour of one or three finite numbers, and whether nothing follows them.
+/// Reads a colour of one or three finite numbers; the flag is true if nothing follows them.
 fn colour(mut rest: &[u8]) -> Option<(Vec3, bool)> {
     let mut colour = [0.0; 3];
     let mut count = 0;

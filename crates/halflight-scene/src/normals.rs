@@ -1,4 +1,4 @@
-//! Vertex normals that a file does not give.
+//! Computation of missing vertex normals.
 
 mod incidence;
 
@@ -10,26 +10,27 @@ use rayon::prelude::*;
 
 use incidence::Incidence;
 
-/// Faces that meet at a smaller angle share a computed vertex normal; across a larger one the edge stays sharp.
-/// 65° keeps a six-sided column round (60° between its faces) and the edges of a box sharp.
+/// Cosine of the crease angle. Faces that meet at a smaller angle share a computed vertex normal; across a
+/// larger one the edge stays sharp. 65° keeps a six-sided column round (60° between its faces) and the edges
+/// of a box sharp.
 const CREASE_COS: f32 = 0.422_618_26;
 
-/// Largest number of faces at a point that are compared pair by pair. At other points they are grouped by direction, so that
-/// the time stays in proportion to their number.
+/// Most faces at a point that are compared pair by pair. At other points they are grouped by direction, so
+/// that the time stays linear.
 const MAX_PAIRED: usize = 128;
 
-/// Cells of a direction along each side of a cube.
+/// Number of direction cells along each side of a cube.
 const CELLS: f32 = 16.0;
 
-/// Points that a thread takes at once.
+/// Number of points that one task takes.
 const POINTS: usize = 1 << 12;
 
-/// Gives every vertex whose normal is zero one of its own: the mean of the faces around its position, weighted by
-/// their angle there (Thürmer and Wüthrich 1998: the same however polygons were triangulated), faces beyond a crease
-/// left out. A vertex on a crease is split. Returns how many vertices got a normal.
+/// Computes a normal for every vertex whose normal is zero: the mean of the faces around its position,
+/// weighted by their angle there (Thürmer and Wüthrich 1998: independent of the triangulation), without faces
+/// beyond a crease. A vertex on a crease is split. Returns the number of vertices with a computed normal.
 ///
-/// Around points of more than 128 faces, faces of nearly one direction (within 6°) are taken together: they get the same normal,
-/// and lie on the same side of a crease.
+/// Around points of more than 128 faces, faces of nearly one direction (within 6°) are grouped: they get one
+/// normal, and lie on one side of a crease.
 ///
 /// Triangles must have an area.
 pub(crate) fn compute_missing_normals(mesh: &mut Mesh) -> usize {
@@ -73,28 +74,28 @@ pub(crate) fn compute_missing_normals(mesh: &mut Mesh) -> usize {
     count
 }
 
-/// A normal of a vertex.
+/// Normal of a vertex.
 struct Normal {
     vertex: u32,
     normal: Vec3,
-    /// Set for the vertex's first normal, which needs no new vertex.
+    /// True for the vertex's first normal, which needs no new vertex.
     first: bool,
 }
 
-/// Normals around some points.
+/// Normals around a range of points.
 #[derive(Default)]
 struct Computed {
     normals: Vec<Normal>,
-    /// Corners that get another vertex than they have, and the index of its normal.
+    /// Corners that get a new vertex, and the index of its normal.
     moved: Vec<(u32, usize)>,
     faces: Vec<Face>,
 }
 
-/// A face at a point.
+/// Face at a point.
 #[derive(Clone, Copy)]
 struct Face {
     normal: Vec3,
-    /// The normal times the angle at the point.
+    /// Normal times the angle at the point.
     weighted: Vec3,
 }
 
@@ -148,11 +149,11 @@ impl Computed {
     }
 }
 
-/// The triangle at a corner, which is three times the triangle plus 0, 1 or 2.
+/// Face at a corner, which is three times the triangle plus 0, 1 or 2.
 fn face(mesh: &Mesh, corner: u32) -> Face {
     let [a, b, c] = mesh.corners(corner as usize / 3);
     let normal = (b - a).cross(c - a).normalize_or_zero();
-    // Edges from the corner. Not by the arc cosine, which loses small angles.
+    // Angle between the edges at the corner. The arc cosine would lose small angles.
     let (u, v) = match corner % 3 {
         0 => (b - a, c - a),
         1 => (c - b, a - b),
@@ -161,7 +162,8 @@ fn face(mesh: &Mesh, corner: u32) -> Face {
     Face { normal, weighted: normal * u.cross(v).length().atan2(u.dot(v)) }
 }
 
-/// The mean of the faces that are not beyond a crease from one with `normal`, which stands in where rounding leaves no sum.
+/// Mean of the faces that are not beyond a crease from one with `normal`; falls back to `normal` where the
+/// sum vanishes.
 fn mean(normal: Vec3, faces: &[Face]) -> Vec3 {
     let near = faces.iter().filter(|other| other.normal.dot(normal) > CREASE_COS);
     near.map(|other| other.weighted).sum::<Vec3>().try_normalize().unwrap_or(normal)
@@ -192,7 +194,7 @@ fn group(faces: &[Face]) -> (Vec<usize>, Vec<Vec3>) {
     (of_face, normals)
 }
 
-/// The cell of a direction on the surface of a cube: side, and place on it.
+/// Cell of a direction on the surface of a cube: side, and position on it.
 fn cell(direction: Vec3) -> (usize, bool, [u8; 2]) {
     let axis = direction.abs().max_position();
     let across = match axis {

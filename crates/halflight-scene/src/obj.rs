@@ -21,8 +21,8 @@ use merge::Merged;
 
 pub(crate) use chunk::unit_or_zero;
 
-/// Reads the OBJ file at `path` and its material libraries. Normals that the file does not give are zero. Without `colours`
-/// no library is read, and all faces get the default material.
+/// Reads the OBJ file at `path` and its material libraries. Missing normals are zero. Without `colours` no
+/// library is read, and all faces get the default material.
 pub(crate) fn read(path: &Path, colours: bool, context: &mut Context) -> Result<ModelMesh, SceneError> {
     let invalid = |(line, message): (usize, String)| SceneError::invalid(path, Place::Line(line), message);
     let mut merged = read_statements(path)?;

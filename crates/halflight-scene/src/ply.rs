@@ -20,7 +20,7 @@ use header::{Element, Header};
 use rows::{INDICES, Look, Rows, UVS};
 use values::{Fault, Values};
 
-/// Reads the PLY file at `path`. Normals that the file does not give are zero. Colours of faces and textures become materials;
+/// Reads the PLY file at `path`. Missing normals are zero. Colours of faces and textures become materials;
 /// without `colours` all faces get the default one.
 pub(crate) fn read(path: &Path, colours: bool, context: &mut Context) -> Result<ModelMesh, SceneError> {
     let whole = |message: String| SceneError::invalid(path, Place::File, message);
@@ -146,7 +146,7 @@ fn skip(element: &Element, values: &mut Values<'_>) -> Result<(), (usize, Fault)
     Ok(())
 }
 
-/// Refuses faces of vertices that do not exist. Faces may come before vertices, so that this is known only at the end.
+/// Refuses faces of vertices that do not exist. Faces may precede vertices, so the check comes last.
 fn check_indices(path: &Path, header: &Header, rows: &Rows) -> Result<(), SceneError> {
     let count = rows.positions.len();
     let beyond = |&vertex: &u32| vertex as usize >= count;
@@ -159,7 +159,7 @@ fn check_indices(path: &Path, header: &Header, rows: &Rows) -> Result<(), SceneE
         .next();
     let (face, vertex) = found.unwrap_or_default();
     let message = format!("refers to vertex {vertex}, but there are {count}, which count from 0");
-    // With strips, the triangles of all of them count.
+    // For strips, the triangles of all of them are counted.
     let strips = header.elements.iter().any(|element| element.name == "tristrips");
     let kind = if strips { "triangle" } else { "face" };
     Err(SceneError::invalid(path, Place::Element(kind, face), message))
@@ -205,7 +205,7 @@ fn say_what_is_left_out(header: &Header, rows: &Rows, colours: bool) -> Vec<Stri
     said
 }
 
-/// The material of faces that look so, in a file with textures of these names.
+/// Material of faces with a look, in a file with textures of these names.
 fn material(path: &Path, look: Look, names: &[Vec<u8>], context: &mut Context) -> Material {
     let folder = path.parent().unwrap_or(Path::new(""));
     let number = usize::try_from(look.texture.unwrap_or(0)).ok();
@@ -218,7 +218,8 @@ fn material(path: &Path, look: Look, names: &[Vec<u8>], context: &mut Context) -
     Material { albedo: colour.unwrap_or(plain), texture }
 }
 
-/// Moves the vertices to `mesh`; where corners have texture coordinates of their own, one for each pair of both.
+/// Moves the vertices to `mesh`; if corners have their own texture coordinates, creates one vertex for each
+/// pair.
 fn split_vertices(mesh: &mut ModelMesh, rows: &mut Rows) {
     let Some(uvs) = rows.corner_uvs.take() else {
         mesh.positions = std::mem::take(&mut rows.positions);

@@ -1,19 +1,19 @@
-//! Polygons to triangles.
+//! Triangulation of polygons.
 
 mod constrained;
 mod ears;
 
 use glam::{DVec2, DVec3, Vec2Swizzles, Vec3};
 
-/// Polygons of up to so many corners have their ears clipped, which takes time in proportion to the square of the corners.
+/// Most corners of a polygon that is triangulated by ear clipping, which takes quadratic time.
 const MAX_EARS: usize = 32;
 
 /// Appends the triangles of the polygon whose corners are `corners`, indices into `positions`.
 ///
-/// Corners that repeat the one before add nothing. Strictly convex polygons become a fan. Others have their ears clipped,
-/// where they are small, or become a constrained Delaunay triangulation in n log n: its triangles inside the outline, so that
-/// polygons that touch themselves, such as those with holes on bridges, keep their area. A polygon that crosses itself gets
-/// triangles as well; what they cover is not specified.
+/// Corners that repeat the one before add nothing. Strictly convex polygons become a fan. Others have their
+/// ears clipped, where they are small, or become a constrained Delaunay triangulation in n log n: its
+/// triangles inside the outline, so that polygons that touch themselves, such as those with holes on bridges,
+/// keep their area. A polygon that crosses itself gets triangles as well; what they cover is not specified.
 pub(crate) fn triangulate(corners: &[u32], positions: &[Vec3], triangles: &mut Vec<[u32; 3]>) {
     let position = |at: u32| positions[at as usize];
     if let &[a, b, c] = corners {
@@ -54,11 +54,11 @@ fn fan(count: usize) -> Vec<[usize; 3]> {
     (1..count - 1).map(|at| [0, at, at + 1]).collect()
 }
 
-/// The polygon along the axis nearest to its vector area, counter-clockwise. Its coordinates are those of the corners,
-/// so that what lies on a line there does so here.
+/// Projection of the polygon along the axis nearest to its vector area, counter-clockwise. Its coordinates
+/// are those of the corners, so that collinear points stay collinear.
 fn project(corners: &[u32], positions: &[Vec3]) -> Vec<DVec2> {
     let point = |at: u32| positions[at as usize].as_dvec3();
-    // Newell: relative to the first corner, so that far polygons keep their digits.
+    // Newell's method, relative to the first corner, so that distant polygons keep their digits.
     let origin = point(corners[0]);
     let next = corners.iter().cycle().skip(1);
     let area: DVec3 =
@@ -72,7 +72,7 @@ fn project(corners: &[u32], positions: &[Vec3]) -> Vec<DVec2> {
     corners.iter().map(|&at| flat(point(at))).map(|p| if mirrored { p.yx() } else { p }).collect()
 }
 
-/// Twice the signed area of a triangle: positive where it turns left.
+/// Twice the signed area of a triangle: positive for a left turn.
 fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }

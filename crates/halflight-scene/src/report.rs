@@ -1,39 +1,39 @@
-//! What loading a scene did to its meshes.
+//! Report of loading a scene's meshes.
 
-/// What loading a scene did to its meshes, one entry a `[[mesh]]` in the order of the file.
+/// Report of loading a scene's meshes, one entry per `[[mesh]]` in the order of the file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LoadReport {
-    /// One entry a mesh.
+    /// Entries, one per mesh.
     pub meshes: Vec<MeshReport>,
-    /// What was found but is not supported or had to be guessed; each is said once.
+    /// Warnings about content that is not supported or had to be guessed; each occurs once.
     pub warnings: Vec<String>,
 }
 
-/// What loading one mesh did.
+/// Report of loading one mesh.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MeshReport {
-    /// The file or the generator it came from.
+    /// File or generator of the mesh.
     pub source: String,
-    /// Triangles that the scene holds.
+    /// Number of triangles in the scene.
     pub triangles: usize,
-    /// Triangles without an area, which the scene does not hold.
+    /// Number of triangles without an area, which were dropped.
     pub zero_area_dropped: usize,
-    /// Vertices whose shading normal the file did not give and that was computed.
+    /// Number of vertices whose missing shading normal was computed.
     pub normals_computed: usize,
 }
 
 impl LoadReport {
-    /// Triangles that the scene holds.
+    /// Number of triangles in the scene.
     pub fn triangles(&self) -> usize {
         self.meshes.iter().map(|mesh| mesh.triangles).sum()
     }
 
-    /// Triangles without an area, which the scene does not hold.
+    /// Number of triangles without an area, which were dropped.
     pub fn zero_area_dropped(&self) -> usize {
         self.meshes.iter().map(|mesh| mesh.zero_area_dropped).sum()
     }
 
-    /// Vertices whose shading normal was computed.
+    /// Number of vertices whose shading normal was computed.
     pub fn normals_computed(&self) -> usize {
         self.meshes.iter().map(|mesh| mesh.normals_computed).sum()
     }

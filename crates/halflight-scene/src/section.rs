@@ -1,4 +1,4 @@
-//! One table of a scene file, read key by key so that every fault names its line and what would be right.
+//! Table of a scene file, read key by key, so that every fault names its line and a valid value.
 
 use glam::{DVec3, Vec3};
 use serde::Deserialize;
@@ -8,22 +8,22 @@ use toml::de::{DeTable, DeValue};
 
 use crate::error::{Place, SceneError};
 
-/// The text of a scene file and the name that its faults carry.
+/// Text of a scene file and the name that error messages use.
 #[derive(Clone, Copy)]
 pub(crate) struct Source<'a> {
     pub(crate) name: &'a str,
     pub(crate) text: &'a str,
-    /// The places of its line ends, from [`line_ends`].
+    /// Byte offsets of its line ends, from [`line_ends`].
     pub(crate) line_ends: &'a [usize],
 }
 
-/// The places of the line ends of `text`, by which lines are found without counting.
+/// Byte offsets of the line ends of `text`, by which lines are found without counting.
 pub(crate) fn line_ends(text: &str) -> Vec<usize> {
     text.bytes().enumerate().filter(|&(_, byte)| byte == b'\n').map(|(at, _)| at).collect()
 }
 
 impl Source<'_> {
-    /// The line, counted from 1, that holds byte `offset`.
+    /// Line, counted from 1, that contains byte `offset`.
     pub(crate) fn line(self, offset: usize) -> usize {
         1 + self.line_ends.partition_point(|&end| end < offset)
     }
@@ -34,24 +34,24 @@ impl Source<'_> {
     }
 }
 
-/// A table whose keys are taken one by one.
+/// Table whose keys are taken one by one.
 pub(crate) struct Section<'a> {
     pub(crate) source: Source<'a>,
-    /// How messages call the table: `[camera]`.
+    /// Name of the table in messages: `[camera]`.
     title: String,
-    /// The line of the table's header, for keys that are missing.
+    /// Line of the table's header, for keys that are missing.
     pub(crate) line: usize,
     table: DeTable<'a>,
 }
 
-/// A value that was found under a key.
+/// Value that was found under a key.
 pub(crate) struct Found<T> {
     pub(crate) value: T,
     pub(crate) line: usize,
 }
 
 impl<'a> Section<'a> {
-    /// The table in `value`, or a fault where it is something else.
+    /// Section of the table in `value`, or a fault if it is not a table.
     pub(crate) fn new(
         source: Source<'a>,
         title: &str,
@@ -88,7 +88,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// Whether there is a value under `key`.
+    /// True if there is a value under `key`.
     pub(crate) fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
     }
@@ -98,7 +98,7 @@ impl<'a> Section<'a> {
         self.table.remove(key)
     }
 
-    /// Takes `key` and reads it with `read`, which says what it expected where the value does not fit.
+    /// Takes `key` and reads it with `read`, which returns the expected format if the value does not fit.
     fn read<T>(
         &mut self,
         key: &str,
@@ -116,19 +116,19 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// The value, or a fault that says what to write.
+    /// Returns the value, or a fault with an example.
     pub(crate) fn require<T>(&self, key: &str, example: &str, found: Option<T>) -> Result<T, SceneError> {
         found.ok_or_else(|| {
             self.fault(self.line, format!("has no `{key}`; write for example: {key} = {example}"))
         })
     }
 
-    /// A finite number.
+    /// Reads a finite number.
     pub(crate) fn number(&mut self, key: &str) -> Result<Option<Found<f32>>, SceneError> {
         self.read(key, "a finite number", number)
     }
 
-    /// A whole number below `count`.
+    /// Reads an integer below `count`.
     pub(crate) fn index(&mut self, key: &str, count: usize) -> Result<Option<usize>, SceneError> {
         let expected = format!("a whole number from 0 to {}", count.saturating_sub(1));
         let read = |value: &DeValue<'_>| number(value).filter(|index| index.fract() == 0.0 && *index >= 0.0);
@@ -138,34 +138,34 @@ impl<'a> Section<'a> {
         Ok(index.map(|index| index.value))
     }
 
-    /// Three finite numbers.
+    /// Reads three finite numbers.
     pub(crate) fn vector(&mut self, key: &str) -> Result<Option<Found<Vec3>>, SceneError> {
         self.read(key, "three finite numbers", vector)
     }
 
-    /// Three finite numbers in double precision.
+    /// Reads three finite numbers in double precision.
     pub(crate) fn double_vector(&mut self, key: &str) -> Result<Option<Found<DVec3>>, SceneError> {
         self.read(key, "three finite numbers", double_vector)
     }
 
-    /// One finite number for all three axes, or three, in double precision.
+    /// Reads one finite number for all three axes, or three, in double precision.
     pub(crate) fn number_or_vector(&mut self, key: &str) -> Result<Option<Found<DVec3>>, SceneError> {
         self.read(key, "a finite number or three", |value| {
             double(value).map(DVec3::splat).or_else(|| double_vector(value))
         })
     }
 
-    /// A text.
+    /// Reads a text.
     pub(crate) fn text(&mut self, key: &str) -> Result<Option<Found<String>>, SceneError> {
         self.read(key, "a text in quotes", |value| value.as_str().map(str::to_string))
     }
 
-    /// `true` or `false`.
+    /// Reads `true` or `false`.
     pub(crate) fn flag(&mut self, key: &str) -> Result<Option<Found<bool>>, SceneError> {
         self.read(key, "true or false", DeValue::as_bool)
     }
 
-    /// Everything that was not taken, as plain values, and the line of each key.
+    /// Returns everything that was not taken, as plain values, and the line of each key.
     pub(crate) fn rest(self) -> Result<(toml::Table, Vec<(String, usize)>), SceneError> {
         let mut values = toml::Table::new();
         let mut lines = Vec::new();
@@ -213,7 +213,7 @@ fn double_vector(value: &DeValue<'_>) -> Option<DVec3> {
     three(value, double).map(DVec3::from_array)
 }
 
-/// The value as a message shows it.
+/// Value as shown in messages.
 fn describe(value: &DeValue<'_>) -> String {
     match value {
         DeValue::String(text) => format!("the text `{text}`"),

@@ -10,8 +10,8 @@ pub(crate) use names::{forms, words};
 pub(crate) use number::{first_number, first_word, numbers};
 pub(crate) use statements::{Statements, keyword_and_rest, last_statement_end, statement_end};
 
-/// Returns `text` without white space at its ends. Control characters count as white space: files of old systems end in
-/// NUL or Ctrl-Z.
+/// Returns `text` without white space at its ends. Control characters count as white space: files of old
+/// systems end with NUL or Ctrl-Z.
 pub(crate) fn trim(mut text: &[u8]) -> &[u8] {
     while let [..=b' ', rest @ ..] = text {
         text = rest;
@@ -22,7 +22,7 @@ pub(crate) fn trim(mut text: &[u8]) -> &[u8] {
     text
 }
 
-/// Returns `text` as a message shows it, cut to a readable length.
+/// Returns `text` for a message, cut to a readable length.
 pub(crate) fn shown(text: &[u8]) -> String {
     const LENGTH: usize = 80;
     let mut cut = String::from_utf8_lossy(&text[..text.len().min(4 * LENGTH)]).into_owned();

@@ -1,4 +1,4 @@
-//! Albedo textures: found whatever the case of their names, kept as they are encoded, in sRGB.
+//! Albedo textures: found regardless of the case of their names, stored in sRGB.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -10,10 +10,10 @@ use crate::context::Context;
 use crate::folders::{path_of, shown};
 use crate::text::{self, forms};
 
-/// The most texels that an image may have, 16384 × 16384: a gigabyte.
+/// Most texels of an image, 16384 × 16384: a gigabyte.
 const MAX_TEXELS: u64 = 1 << 28;
 
-/// The textures of a scene, each file read once.
+/// Textures of a scene, each file read once.
 #[derive(Default)]
 pub(crate) struct TextureStore {
     pub(crate) textures: Vec<Texture>,
@@ -21,7 +21,7 @@ pub(crate) struct TextureStore {
     by_name: HashMap<(PathBuf, Vec<u8>), Option<PathBuf>>,
 }
 
-/// The texture that a file in `folder` calls `name`, perhaps with quotation marks or a comment.
+/// Finds the texture that a file in `folder` calls `name`, possibly with quotation marks or a comment.
 pub(crate) fn find(folder: &Path, name: &[u8], context: &mut Context) -> Option<PathBuf> {
     let key = (folder.to_path_buf(), name.to_vec());
     if let Some(known) = context.textures.by_name.get(&key) {
@@ -30,7 +30,7 @@ pub(crate) fn find(folder: &Path, name: &[u8], context: &mut Context) -> Option<
     let found = forms(name).into_iter().find_map(|name| {
         let name = path_of(name);
         let last = Path::new(name.file_name()?);
-        // Where its name says, then by its last part only, beside the library and in `textures/`.
+        // As named, then by its last component only, beside the library and in `textures/`.
         [
             name.clone(),
             last.to_path_buf(),
@@ -44,8 +44,8 @@ pub(crate) fn find(folder: &Path, name: &[u8], context: &mut Context) -> Option<
     found
 }
 
-/// The index of the texture at `found`; `None`, with a warning, where nothing was found under `name` in `folder` or it cannot be
-/// decoded.
+/// Index of the texture at `found`; `None`, with a warning, if nothing was found under `name` in `folder` or
+/// it cannot be decoded.
 pub(crate) fn load(folder: &Path, name: &[u8], found: Option<PathBuf>, context: &mut Context) -> Option<u32> {
     let Some(path) = found else {
         let name = text::shown(forms(name).last().copied().unwrap_or(name));
@@ -74,7 +74,7 @@ pub(crate) fn load(folder: &Path, name: &[u8], found: Option<PathBuf>, context: 
     index
 }
 
-/// Decodes an image in the memory of its texels; one of 16 bits a channel needs twice that on the way.
+/// Decodes an image in the memory of its texels; one of 16 bits per channel temporarily needs twice that.
 fn read(path: &Path) -> Result<Texture, String> {
     let fault = |fault: image::ImageError| fault.to_string();
     let mut reader = ImageReader::open(path)
@@ -113,7 +113,8 @@ fn read(path: &Path) -> Result<Texture, String> {
         let texel = channels(&bytes[at * size..(at + 1) * size]);
         bytes[4 * at..4 * at + 4].copy_from_slice(&texel);
     };
-    // In place: wide texels from the front and narrow ones from the back overwrite only what has been read.
+    // In place: wide texels from the front and narrow ones from the back overwrite only texels that have been
+    // read.
     if size > 4 {
         (0..count).for_each(convert);
     } else {

@@ -1,16 +1,16 @@
-//! Placing a mesh in the world.
+//! Transform of a mesh to world space.
 
 use glam::{DMat3, DVec3, EulerRot};
 use halflight_core::scene::Mesh;
 
 use crate::model::ModelMesh;
 
-/// Scale, then rotation, then translation, from model space to world space. All of it is in double precision, and positions
-/// are rounded once, behind it.
+/// Scale, then rotation, then translation, from model space to world space. Computed in double precision;
+/// positions are rounded once, at the end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Transform {
     pub(crate) translate: DVec3,
-    /// Degrees about x, then y, then z, counter-clockwise as seen from the tip of the axis.
+    /// Angles in degrees about x, then y, then z, counter-clockwise as seen from the tip of the axis.
     pub(crate) rotate_deg: DVec3,
     /// Factor along each axis of the mesh; not zero. A negative product mirrors.
     pub(crate) scale: DVec3,
@@ -57,8 +57,8 @@ impl Transform {
         self.turn(mesh);
     }
 
-    /// Moves normals by the inverse transpose, so that they stay unit (zero stays zero, "to be computed"), and turns the
-    /// triangles of a mirrored mesh, so that they face outwards as before.
+    /// Transforms normals by the inverse transpose, renormalised (zero stays zero, "to be computed"), and
+    /// flips the triangles of a mirrored mesh, so that they still face outwards.
     fn turn(&self, mesh: &mut Mesh) {
         if *self == Self::default() {
             return;

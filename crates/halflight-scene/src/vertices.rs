@@ -1,22 +1,23 @@
-//! Vertices: one for every combination of a position and what else corners of faces have there.
+//! Vertices: one for every combination of a position and other attributes of face corners.
 
 use std::collections::HashMap;
 
-/// A position, counted from 1, and two numbers that tell its vertices apart.
+/// Position, counted from 1, and two numbers that distinguish its vertices.
 pub(crate) type Corner = [u32; 3];
 
 const NONE: u32 = u32::MAX;
 
-/// Number of vertices of a position that are compared one by one. Further ones are found by a hash, so that no position is slow.
+/// Most vertices of a position that are compared one by one. Further ones are found by a hash, so that no
+/// position is slow.
 const CHAIN: usize = 16;
 
 /// Vertices in the order in which faces first use them.
 #[derive(Default)]
 pub(crate) struct Vertices {
     pub(crate) corners: Vec<Corner>,
-    /// For every vertex another one of its position, or [`NONE`].
+    /// For every vertex, another one at its position, or [`NONE`].
     next: Vec<u32>,
-    /// For every position its latest vertex.
+    /// For every position, its latest vertex.
     latest: Vec<u32>,
     others: HashMap<Corner, u32>,
 }
@@ -27,7 +28,7 @@ impl Vertices {
         self.latest.resize(count, NONE);
     }
 
-    /// The vertex of `corner`.
+    /// Vertex of `corner`.
     pub(crate) fn of(&mut self, corner: Corner) -> u32 {
         let new = self.corners.len() as u32;
         let position = corner[0] as usize;

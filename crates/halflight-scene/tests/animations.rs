@@ -1,4 +1,4 @@
-//! What moves, and where to.
+//! Animated objects, and their poses.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "helpers of tests")]
 
 mod common;
@@ -61,7 +61,7 @@ fn at(loaded: &Loaded, time: f32) -> Scene {
     loaded.animation.as_ref().unwrap().at(&loaded.scene, time)
 }
 
-/// Everything that moves, bit for bit.
+/// State of everything that moves, bit for bit.
 fn moving(scene: &Scene) -> (Vec<u32>, String) {
     let vectors = scene.mesh.positions.iter().chain(&scene.mesh.normals);
     let bits = vectors.flat_map(|v| v.to_array().map(f32::to_bits)).collect();
@@ -76,7 +76,7 @@ fn cameras_go_from_key_to_key() {
     let loaded = load("animated_camera", SCENE);
     let camera = at(&loaded, 1.0).camera;
     assert_eq!((camera.eye, camera.target, camera.fov_y_deg), (Vec3::new(2.0, 1.0, 5.0), Vec3::ZERO, 45.0));
-    // What a key leaves out stays as it was at the key before.
+    // Values that a key omits are those of the key before.
     let camera = at(&loaded, 2.5).camera;
     assert_eq!(
         (camera.eye, camera.target, camera.fov_y_deg),
@@ -108,7 +108,7 @@ fn meshes_turn_about_their_axis_and_others_stay() {
     let (still, moved) = (&loaded.scene.mesh, at(&loaded, 1.0).mesh);
     let floor = loaded.report.meshes[0].triangles;
     assert!((0..floor).all(|triangle| still.corners(triangle) == moved.corners(triangle)));
-    // A quarter about -z through (1, 0, 0) takes up to +x, and a quarter of the way up is 1 m.
+    // A quarter turn about -z through (1, 0, 0) maps up to +x; 1 m of it is translation.
     for triangle in floor..still.triangle_count() {
         for (from, to) in still.corners(triangle).into_iter().zip(moved.corners(triangle)) {
             let expected = Vec3::new(1.0 + from.y, 1.0 - (from.x - 1.0), 0.0);
@@ -126,7 +126,7 @@ fn swaying_bends_the_top_and_leaves_the_foot() {
     let moved = at(&loaded, 2.0).mesh;
     let mut heights = 0;
     for (index, (from, to)) in loaded.scene.mesh.positions.iter().zip(&moved.positions).enumerate() {
-        // A quarter of the period: the top is where it goes to, 2 m above the foot.
+        // A quarter of the period: the top is at full swing, 2 m above the foot.
         let share = ((from.y - 2.0) / 2.0).max(0.0);
         assert!(to.abs_diff_eq(*from + Vec3::Z * (0.5 * share * share), NEAR), "{from} {to}");
         if share > 0.0 {
@@ -167,7 +167,7 @@ fn at_time_0_a_scene_is_what_it_is_without_an_animation() {
 fn any_time_will_do() {
     let loaded = load("times", SCENE);
     let (first, last) = (moving(&at(&loaded, 0.0)), moving(&at(&loaded, 4.0)));
-    // What is no number is no time after the start.
+    // NaN counts as a time before the start.
     for (time, expected) in [
         (f32::NEG_INFINITY, &first),
         (-1.0, &first),

@@ -26,7 +26,7 @@ transform = { translate = [0, 1, 0], rotate_deg = [0, 90, 0], scale = 2 }
 albedo = [0.5, 0.5, 0.5]
 "#;
 
-/// What to replace in the good file, and by what.
+/// Text to replace in the valid file, and its replacement.
 const BAD: &[(&str, &str)] = &[
     ("[camera]\n", "[camera\n"),
     ("eye = [0, 1, 5]", "eye = [0, 1, 5"),
@@ -84,7 +84,7 @@ const BAD: &[(&str, &str)] = &[
     ("albedo = [0.5, 0.5, 0.5]", "albedo = 0x7f"),
 ];
 
-/// Goes behind the good file.
+/// Appended to the valid file.
 const ANIMATION: &str = r#"
 [animation.camera]
 keys = [{ time = 1, eye = [0, 1, 4] }, { time = 2.5, target = [1, 0, 0] }]
@@ -156,7 +156,7 @@ fn messages(folder: &Folder, good: &str, bad: &[(&str, &str)]) -> String {
         assert!(good.contains(find), "{find}");
         let message = folder.load_text(&good.replacen(find, replace, 1)).expect_err(replace);
         let shown = if replace.is_empty() { format!("(without) {find}") } else { (*replace).to_string() };
-        // Which generators and parameters there are is not this test's business.
+        // Lists of known generators and parameters are cut off.
         let message = message.split_inclusive(" known are ").next().unwrap();
         let message = message.split_inclusive(" it has ").next().unwrap();
         messages.push_str(&format!("{}\n    {message}\n", shown.trim_end().replace('\n', " / ")));

@@ -28,7 +28,7 @@ fn triangles(mesh: &Mesh) -> Vec<(Vec<[f32; 8]>, Vec3)> {
     corners.enumerate().map(|(at, corners)| (corners, albedo(at))).collect()
 }
 
-/// The ways of writing a text, by what they are called.
+/// Encodings of a text, with their names.
 fn ways(text: &str) -> Vec<(&'static str, Vec<u8>)> {
     let utf16 =
         |text: &str, unit: fn(u16) -> [u8; 2]| text.encode_utf16().flat_map(unit).collect::<Vec<u8>>();
@@ -49,7 +49,7 @@ fn ways(text: &str) -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// The ways of a mesh file, where white space at line ends does no harm either.
+/// Encodings of a mesh file, in which white space at line ends is harmless too.
 fn mesh_ways(text: &str) -> Vec<(&'static str, Vec<u8>)> {
     let mut ways = ways(text);
     ways.push(("white space", text.replace('\n', " \t\n\t ").into()));
@@ -75,7 +75,7 @@ fn meshes_and_materials_are_the_same_in_every_encoding() {
     assert_eq!([expected[0].1, expected[2].1], [Vec3::new(0.9, 0.1, 0.2), Vec3::splat(0.8)]);
     for (name, text) in plain {
         for (what, bytes) in mesh_ways(text) {
-            // Lines of the joined statement, and values of a row, may not be parted by empty lines.
+            // Lines of the joined statement, and values of a row, must not be separated by empty lines.
             if what == "CR CR LF" && name == "a.obj" {
                 continue;
             }
@@ -84,7 +84,7 @@ fn meshes_and_materials_are_the_same_in_every_encoding() {
         }
         folder.write(name, text);
     }
-    // Files that were joined have byte order marks inside.
+    // Concatenated files have byte order marks inside.
     folder.write(
         "a.obj",
         OBJ.replace("v 1 1 0", &format!("{BOM}v 1 1 0")).replace("usemtl", &format!("{BOM}usemtl")),

@@ -15,7 +15,7 @@ fn scenes_come_from_pipes_with_paths_relative_to_the_current_folder() {
     folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     let pipe = folder.0.join("scene.fifo");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-    // The folder of the pipe is not where its paths begin.
+    // Paths are not relative to the folder of the pipe.
     for (file, found) in [(mesh.to_str().unwrap(), true), ("a.obj", false)] {
         let text = format!("{HEAD}[[mesh]]\nfile = \"{file}\"\n");
         let loaded = std::thread::scope(|threads| {

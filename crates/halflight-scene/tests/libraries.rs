@@ -1,4 +1,4 @@
-//! Material libraries as programs write them: what is used, and what is said of the rest.
+//! Material libraries as programs write them: supported statements, and warnings about the rest.
 
 #![allow(clippy::panic, reason = "helpers of tests fail their test")]
 
@@ -126,7 +126,7 @@ fn names_are_found_with_comments_and_quotation_marks_wherever_the_library_stands
     folder.write("two words.mtl", "newmtl red\nKd 0.9 0.1 0.1\n");
     folder.write("other.mtl", "newmtl red\nKd 1 1 1\n");
     folder.write("nameless.mtl", "newmtl\nKd 0 1 0\nnewmtl red\nKd 0.9 0.1 0.1\n");
-    // What stands before and behind the face, and its colour.
+    // Text before and behind the face, and the face's colour.
     let cases = [
         ("mtllib red.mtl\nusemtl red\n", "", RED),
         ("usemtl red\nmtllib red.mtl\n", "", RED),
@@ -155,7 +155,7 @@ fn names_are_found_with_comments_and_quotation_marks_wherever_the_library_stands
         let text = format!("{before}{FACE}{behind}");
         let loaded = folder.load_mesh("a.obj", &text).expect(&text);
         assert_eq!(albedo(&loaded.scene.mesh, 0), colour, "{text}");
-        // Grey is said where it has a name.
+        // Names that fall back to grey are reported.
         let undefined = before.contains('#') && colour == GREY && !before.contains("none");
         assert_eq!(
             loaded.report.warnings.len(),
@@ -183,7 +183,8 @@ fn textures_are_found_by_all_forms_of_their_names_and_placed_by_their_options() 
     for name in ["t.png", "two words.png", "t #1.png", "\"q\".png", "-s.png"] {
         image.save(folder.0.join(name)).unwrap();
     }
-    // The arguments of map_Kd, the texture coordinates of the corner (1, 1) and the option that is said not to be supported.
+    // Arguments of map_Kd, the texture coordinates of the corner (1, 1), and the options reported as not
+    // supported.
     let cases: [(&str, [f32; 2], &[&str]); 26] = [
         ("t.png", [1.0, 1.0], &[]),
         ("t.png # brick", [1.0, 1.0], &[]),
@@ -270,7 +271,7 @@ fn textures_take_four_bytes_a_texel_of_whatever_kind_they_are() {
         assert_eq!(texels[1][..3], [0; 3], "{colour:?}");
         assert_eq!(loaded.report.warnings.len(), usize::from(expected[3] != 255), "{colour:?}");
     }
-    // An image of more texels than there may be: the head of a BMP file, which says how many there are.
+    // An image of more texels than allowed: the header of a BMP file with its size.
     let mut head = b"BM\0\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0".to_vec();
     head.extend([20_000u32, 20_000].iter().flat_map(|side| side.to_le_bytes()));
     head.extend([1, 0, 24, 0]);

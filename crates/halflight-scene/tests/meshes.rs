@@ -1,4 +1,4 @@
-//! Good OBJ and PLY files: what arrives in the scene.
+//! Valid OBJ and PLY files, and the meshes that they give.
 
 mod common;
 
@@ -236,7 +236,8 @@ fn long_meshes_are_cut_into_pieces_without_a_seam() {
     let mesh = loaded.scene.mesh;
     assert_eq!(mesh.triangle_count(), 2 * count);
     for (position, normal) in mesh.positions.iter().zip(&mesh.normals) {
-        // Twice the angle between neighbouring quads, 1e-4, and the rounding of edges of 1e-4 at radius 1 (6e-8 each).
+        // Twice the angle between neighbouring quads, 1e-4, and the rounding of edges of 1e-4 at radius 1
+        // (6e-8 each).
         let radial = Vec3::new(position.x, position.y, 0.0);
         assert!(normal.dot(radial).abs() > 1.0 - 1e-5, "{position} {normal}");
     }

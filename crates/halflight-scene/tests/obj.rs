@@ -1,4 +1,4 @@
-//! OBJ files of all kinds of programs: statements that are used, and statements that are left out.
+//! OBJ files of many programs: supported statements, and statements that are skipped.
 
 mod common;
 
@@ -19,7 +19,7 @@ fn indices_that_are_not_defined_are_left_out_and_said() {
     let folder = Folder::new("undefined_indices");
     let uvs = "indices of texture coordinates that are not defined are left out, such as";
     let normals = "indices of normals that are not defined are left out, such as";
-    // What stands behind the square, and the warnings. The normal that is computed is +z, the one that is given -z.
+    // Text behind the square, and the warnings. The computed normal is +z, the given one -z.
     let cases: [(&str, f32, &[String]); 10] = [
         ("f 1//1 2//1 3//1 4//1\n", 1.0, &[format!("{normals} 1 on line 5")]),
         ("f 1/4 2/3 3/2 4/1\n", 1.0, &[format!("{uvs} 4 on line 5")]),
@@ -44,7 +44,7 @@ fn indices_that_are_not_defined_are_left_out_and_said() {
         assert!(loaded.scene.mesh.normals.iter().all(|normal| normal.z == z), "{text}");
         assert!(loaded.scene.mesh.uvs.iter().all(|uv| *uv == glam::Vec2::ZERO), "{text}");
     }
-    // Vertices may follow, too; one corner without a normal is one that is computed.
+    // Vertices may follow, too; a corner with an undefined normal gets a computed one.
     let text = format!("f 1//1 2//1 3//7\nvn 0 1 0\n{SQUARE}");
     let mesh = folder.load_mesh("a.obj", text).unwrap().scene.mesh;
     assert_eq!(mesh.normals, [Vec3::Y, Vec3::Y, Vec3::Z]);
@@ -65,7 +65,7 @@ fn numbers_that_are_not_finite_do_no_more_harm_than_they_must() {
         let loaded = folder.load_mesh("a.obj", text).expect(word);
         assert!(loaded.scene.mesh.uvs.iter().all(|&uv| uv == glam::Vec2::ZERO), "{word}");
         assert!(loaded.report.warnings.is_empty(), "{word}: {:?}", loaded.report.warnings);
-        // Positions are none; faces without one are whole.
+        // Positions are undefined; the other faces are complete.
         let loaded = folder.load_mesh("a.obj", format!("{SQUARE}v {word} 0 0\nf 1 2 3 4\n")).expect(word);
         assert_eq!((area(&loaded.scene.mesh), loaded.report.warnings.len()), (1.0, 0), "{word}");
         let text = format!("v 0 0 {word}\n{SQUARE}f 1 2 3\nf 2 3 4 5\nf 4 5 1\n");
@@ -168,8 +168,8 @@ fn coordinates_are_rounded_once_after_the_transform() {
 #[test]
 fn a_vertex_of_many_faces_gets_smooth_normals_and_keeps_its_creases() {
     let folder = Folder::new("valence");
-    // Cones of so many sides about their tip: a flat one, which is smooth there, and a steep one, where a face takes the
-    // mean of those within 65°.
+    // Cones of so many sides about their tip: a flat one, which is smooth there, and a steep one, where a
+    // face takes the mean of those within 65°.
     for (sides, height) in [(100, 0.1f32), (1000, 0.1), (100, 5.0), (1000, 5.0)] {
         let ring = (0..sides).map(|side| (side as f32 / sides as f32 * std::f32::consts::TAU).sin_cos());
         let mut text = format!("v 0 {height} 0\n");
@@ -184,7 +184,8 @@ fn a_vertex_of_many_faces_gets_smooth_normals_and_keeps_its_creases() {
             let corners = triangle.map(|vertex| mesh.positions[vertex as usize]);
             let face = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
             let expected = if height < 1.0 { Vec3::Y } else { face };
-            // Faces within a cell of 6° share a normal, and the mean of a round sector is its middle, but for the bend.
+            // Faces within a cell of 6° share a normal, and the mean of a round sector is its middle, except
+            // for the curvature.
             assert!(mesh.normals[tip].dot(expected) > 0.97, "{sides} {height}: {} {face}", mesh.normals[tip]);
         }
     }

@@ -1,4 +1,4 @@
-//! PLY files of all kinds of programs.
+//! PLY files of many programs.
 
 mod common;
 
@@ -16,7 +16,7 @@ fn ascii(header: &str, data: &str) -> String {
     format!("ply\nformat ascii 1.0\n{header}end_header\n{data}")
 }
 
-/// The four corners and what else a header has.
+/// The four corners with additional header lines.
 fn square(header: &str, data: &str) -> String {
     ascii(&format!("element vertex 4\n{XYZ}{header}"), &format!("{SQUARE}{data}"))
 }
@@ -57,10 +57,10 @@ fn strips_are_turned_by_turns_and_end_at_minus_one() {
     let cases = [
         (strips.to_string(), "4 0 1 3 2\n", 1.0, 2),
         (strips.to_string(), "8 0 1 3 2 -1 0 1 3\n", 1.5, 3),
-        // A first -1, two of them, a strip too short; the next one begins unturned again.
+        // A leading -1, two in a row, a strip too short; the next strip starts unflipped again.
         (strips.to_string(), "11 -1 0 1 -1 -1 0 1 3 -1 1 2\n", 0.5, 1),
         (strips.to_string(), "9 0 1 3 -1 1 2 3 -1 0\n", 1.0, 2),
-        // Corners that stand twice join strips; each of them turns what follows.
+        // Repeated corners join strips; each of them flips the following triangles.
         (strips.to_string(), "7 0 1 3 3 3 1 2\n", 1.0, 2),
         (strips.to_string(), "8 0 1 3 3 1 1 2 3\n", 0.0, 2),
         (strips.replace("int int", "uchar uint"), "7 0 1 3 4294967295 1 2 3\n", 1.0, 2),
@@ -189,7 +189,7 @@ fn colours_of_faces_are_materials() {
         let found = [albedo(0), albedo(1), albedo(2)];
         let expected = [expected, Vec3::ZERO, expected];
         assert!(found.iter().zip(expected).all(|(a, b)| a.abs_diff_eq(b, 1e-6)), "{properties}: {found:?}");
-        // An albedo takes their place, and nothing is to be said.
+        // An albedo in the scene file replaces them, without warnings.
         let mesh = folder.load("[[mesh]]\nfile = \"a.ply\"\nalbedo = [0.5, 0.5, 0.5]\n").unwrap().scene.mesh;
         assert_eq!(mesh.materials, [Material { albedo: Vec3::splat(0.5), texture: None }]);
     }
@@ -229,7 +229,7 @@ fn texture_coordinates_of_vertices_and_corners_are_used() {
             mesh.materials[mesh.material_ids[0] as usize],
             Material { albedo: Vec3::ONE, texture: Some(0) }
         );
-        // Without a texture they are kept, and there is nothing to say.
+        // Without a texture they are kept, without warnings.
         let loaded = folder.load_mesh("a.ply", text.replace(texture, "")).expect(u);
         assert!(at(&loaded.scene.mesh) && loaded.report.warnings.is_empty());
         assert_eq!(loaded.scene.mesh.materials[0].texture, None);
@@ -259,7 +259,7 @@ fn texture_coordinates_of_vertices_and_corners_are_used() {
     assert_eq!(material(0), Material { albedo: Vec3::ONE, texture: Some(green) });
     assert_eq!(material(1), Material { albedo: Vec3::X, texture: Some(1 - green) });
     assert_eq!(material(2), Material { albedo: Vec3::Z, texture: None });
-    // What cannot be used is said.
+    // Properties that cannot be used are reported.
     let square =
         |header: &str| square(header, "4 0 1 2 3\n").replace("ascii 1.0\n", &format!("ascii 1.0\n{texture}"));
     let plain = square(&format!("element face 1\n{INDICES}"));

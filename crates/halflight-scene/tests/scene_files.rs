@@ -35,7 +35,7 @@ fn camera_and_lights_are_what_the_file_says() {
         two_sided: true,
     };
     assert_eq!((scene.lights.len(), scene.lights[0], scene.lights[1].two_sided), (2, first, false));
-    // The same file by its path, and its text with its folder.
+    // Loading by path, and from text with a folder.
     let path = folder.0.join("scene.toml");
     assert_eq!(resolve(path.to_str().unwrap()).unwrap().scene.camera, camera);
     assert_eq!(parse(text, "x", &folder.0).unwrap().scene.mesh.triangles, scene.mesh.triangles);
@@ -45,7 +45,7 @@ fn camera_and_lights_are_what_the_file_says() {
 fn transforms_scale_then_rotate_about_x_y_z_then_move() {
     let folder = Folder::new("transforms");
     folder.write("a.obj", TRIANGLE);
-    // What becomes of the points (1, 0, 0) and (0, 1, 0) and the normal (0, 0, 1).
+    // Images of the points (1, 0, 0) and (0, 1, 0) and of the normal (0, 0, 1).
     let cases = [
         ("translate = [1, 2, 3]", [2.0, 2.0, 3.0], [1.0, 3.0, 3.0], [0.0, 0.0, 1.0]),
         ("scale = 2", [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]),
@@ -91,7 +91,7 @@ fn normals_stay_upright_under_uneven_scales_and_mirrors() {
             mesh.normals
         );
     }
-    // And the outside stays the outside: away from the origin, which a mirror at the origin does not move.
+    // The outside stays outside: away from the origin, which a mirror at the origin does not move.
     let mesh =
         folder.load("[[mesh]]\nfile = \"a.obj\"\ntransform = { scale = [-1, 1, 1] }\n").unwrap().scene.mesh;
     assert!(mesh.normals[0].dot(mesh.positions[0]) > 0.0);

@@ -1,4 +1,4 @@
-//! A group of neighbouring receivers.
+//! Visibility masks of a group of neighbouring receivers.
 
 use glam::Vec3;
 use halflight_core::pattern::Pattern;
@@ -9,39 +9,41 @@ use crate::occluder::Samples;
 use crate::shaft::{FEWEST, GROUP, Gather, Hull, List, Share, bounds, quarter};
 use crate::simd::{Isa, Kernel, Simd};
 
-/// Queries of one group and room for their answers.
+/// Queries of one group and their masks.
 pub(super) type Answers<'a> = Chunk<'a>;
 
-/// Triangles on a list that a group shares from which on a packet of rays for each receiver is quicker. Of 16, 24, 32, 48 and 80
-/// the best or within 3 % of it in two halls, church, tower, toys and railing; more make the railing a quarter slower.
+/// Length of a group's shared triangle list from which on a packet of rays for each receiver is faster. Of
+/// 16, 24, 32, 48 and 80, this is the fastest or within 3 % of it in two halls, church, tower, toys and
+/// railing; larger values make the railing a quarter slower.
 const RIVAL: usize = 32;
 
-/// How much is looked at before another way is taken.
+/// Amounts of work beyond which a group switches to another method.
 #[derive(Clone, Copy)]
 struct Limits {
-    /// Triangles on a list that all receivers of a group share. Eight cost a receiver about as much as one step of its
-    /// own walk.
+    /// Most triangles on a list that all receivers of a group share. Eight triangles cost a receiver about as
+    /// much as one step of its own traversal.
     short: usize,
-    /// Triangles on a list that is shared out to quarters of a group.
+    /// Most triangles on a list that is divided among quarters of a group.
     whole: usize,
-    /// Triangles on the list of a quarter.
+    /// Most triangles on the list of a quarter.
     long: usize,
-    /// Blocks of triangles that a receiver looks at before it is left to rays.
+    /// Most blocks of triangles that a receiver's own traversal tests before rays take over.
     blocks: usize,
-    /// Whether a group is left to rays as a whole where its list is not short.
+    /// True if a group is left to rays as a whole where its list is not short.
     rays: bool,
 }
 
 impl Limits {
-    /// Rays cost as much as there are samples, rows of masks as much as its square root.
+    /// Limits of `beam`: the cost of rays is proportional to the number of samples, that of masks by rows to
+    /// its square root.
     fn new(pattern: Pattern) -> Self {
         let samples = pattern.len();
         let (long, blocks) = (8 * samples.isqrt(), (samples / 8).clamp(8, 256));
         Self { short: 64, whole: 512, long, blocks, rays: false }
     }
 
-    /// Where rays may answer too. Those of up to 64 samples travel as one packet, and cost less than a list of more than
-    /// [`RIVAL`] triangles.
+    /// Limits of `auto`, which may use rays too. Rays to up to 64 samples form one packet, and cost less than
+    /// a list of more than [`RIVAL`] triangles.
     fn or_rays(pattern: Pattern) -> Self {
         let beams = Self::new(pattern);
         if pattern.len() > RAYS {
@@ -51,7 +53,7 @@ impl Limits {
     }
 }
 
-/// Working memory for one group after another.
+/// Working memory that is reused from group to group.
 pub(super) struct Groups<M> {
     samples: M,
     list: List,
@@ -75,7 +77,8 @@ impl<M: Samples> Groups<M> {
         }
     }
 
-    /// Answers all queries of a group, those that share no short list by rays if `rays` says so.
+    /// Answers all queries of a group; if `rays` is set, groups without a short shared list are answered by
+    /// rays.
     pub(super) fn answer(&mut self, isa: Isa, rays: bool, answers: Answers<'_>) -> VisibilityStats {
         self.samples.set(answers.pattern, answers.light);
         let limits = if rays { Limits::or_rays(answers.pattern) } else { Limits::new(answers.pattern) };
@@ -96,7 +99,7 @@ struct Group<'a, 'b, M> {
 }
 
 impl<'a, M: Samples> Kernel for Group<'a, '_, M> {
-    /// And the group, where it is left to rays.
+    /// Statistics, and the group if it is left to rays.
     type Output = (VisibilityStats, Option<Answers<'a>>);
 
     #[inline(always)]
@@ -164,13 +167,13 @@ impl<'a, M: Samples> Kernel for Group<'a, '_, M> {
 }
 
 impl<M: Samples> Group<'_, '_, M> {
-    /// The shaft from members to the light.
+    /// Shaft from some members to the light.
     fn hull(&self, members: &[u8]) -> Hull {
         let (low, high) = bounds(self.answers.queries, members);
         Hull::new(low, high, self.answers.light, self.answers.bvh.largest())
     }
 
-    /// Answers members from the list of the group or of a part of it.
+    /// Answers members from the list of the group or of a quarter of it.
     #[inline(always)]
     fn share<S: Simd>(&mut self, hull: &Hull, members: &[u8], part: bool) {
         let Groups { samples, list: whole, part: some, .. } = &mut *self.groups;
@@ -188,10 +191,11 @@ impl<M: Samples> Group<'_, '_, M> {
         });
     }
 
-    /// Answers each member by a walk of its own.
+    /// Answers each member by its own traversal of the BVH.
     #[inline(always)]
     fn one_by_one<S: Simd>(&mut self, members: &[u8]) {
-        // Where two in a row met too much, so would the rest.
+        // After two consecutive receivers with too many triangles, the rest is assumed to have too many as
+        // well.
         let mut dense = 0;
         for &member in members {
             let query = usize::from(member);
@@ -211,8 +215,8 @@ impl<M: Samples> Group<'_, '_, M> {
         }
     }
 
-    /// Looks at all triangles in the pyramid from a receiver to the light; false, with what it found so far, where they
-    /// are too many.
+    /// Tests all triangles in the frustum of a receiver and the light. Returns false, with the result so far,
+    /// if there are too many.
     #[inline(always)]
     fn walk<S: Simd>(&mut self, query: usize) -> bool {
         let answers = &mut self.answers;
@@ -253,7 +257,7 @@ impl<M: Samples> Group<'_, '_, M> {
         true
     }
 
-    /// Traces what is left visible of a mask.
+    /// Traces rays to the samples of a mask that are still visible.
     #[inline(always)]
     fn trace_rest<S: Simd>(&mut self, query: usize) {
         let Groups { tracer, rest, .. } = &mut *self.groups;
@@ -273,7 +277,7 @@ impl<M: Samples> Group<'_, '_, M> {
     }
 }
 
-/// The rays of one receiver in one word of its mask.
+/// Kernel that traces the rays of one receiver in one word of its mask.
 struct Trace<'a, 'b> {
     tracer: &'a mut Tracer,
     chunk: &'a mut Chunk<'b>,

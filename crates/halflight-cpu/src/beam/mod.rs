@@ -1,14 +1,16 @@
-//! The `beam` visibility backend: which triangles may hide some of the light is asked once for many samples, and for many
-//! receivers where they lie close together.
+//! The `beam` visibility backend. One traversal of the BVH finds the triangles that may hide the light for
+//! many samples, and for many receivers where they are close together.
 //!
-//! Receivers come in groups of up to 64 neighbours. The shaft between a group and the light (`shaft`) gathers the
-//! triangles that may hide something from any of them; each receiver then takes the masks of these. A group with too
-//! many of them is parted, and what is left of it walks the BVH receiver by receiver, with the pyramid from the
-//! receiver to the light. Where even that meets too many triangles, as in foliage, rays are quicker and get the rest.
-//! An empty shaft is a proof that all is lit, and a triangle across all of it that nothing is.
+//! Receivers form groups of up to 64 neighbours. The shaft of a group and the light (`shaft`) gathers the
+//! triangles that may hide the light from any of its receivers; each receiver then computes its mask from
+//! these. A group with too many triangles is divided. Its remaining parts traverse the BVH receiver by
+//! receiver, with the frustum of the receiver and the light. Where even that contains too many triangles, as
+//! in foliage, rays are faster and trace the remaining samples. An empty shaft is a certificate that all
+//! receivers are fully lit. A triangle across the whole shaft is a certificate that all are in umbra.
 //!
-//! `auto` gives groups whose shaft holds too many triangles to rays as a whole, at the cost of one look at the BVH. Up to
-//! 64 samples, which rays take as one packet, these are the quicker from some ten triangles for each row of samples on.
+//! `auto` leaves groups whose shaft holds too many triangles to rays as a whole, at the cost of one traversal
+//! per group. With up to 64 samples, which form one packet of rays, rays are faster from some ten triangles
+//! per row of samples on.
 
 mod group;
 #[cfg(test)]
@@ -30,15 +32,15 @@ use crate::shaft::{Certifier, GROUP};
 use crate::simd::Isa;
 use group::{Answers, Groups};
 
-/// Queries whose order one task checks.
+/// Number of queries whose order one task checks.
 const SORTED: usize = 4096;
 
-/// Exact visibility by beams and shafts.
+/// Exact visibility by shafts and frusta.
 #[derive(Debug)]
 pub struct Beam {
     bvh: Arc<Bvh>,
     isa: Isa,
-    /// Whether groups with many triangles are left to rays.
+    /// True if groups with many triangles are left to rays.
     rays: bool,
     order: Vec<u64>,
     queries: Vec<Query>,
@@ -51,7 +53,7 @@ pub struct Beam {
 }
 
 impl Beam {
-    /// Beams through a BVH, with the widest vectors that the CPU has.
+    /// Creates the `beam` backend over a BVH, with the widest vectors that the CPU has.
     pub fn new(bvh: Arc<Bvh>) -> Self {
         Self {
             bvh,
@@ -68,23 +70,24 @@ impl Beam {
         }
     }
 
-    /// Beams where they are quicker and rays elsewhere, by the number of samples and of triangles between receivers and light.
-    /// Both are exact: the answers are the same.
+    /// Creates the `auto` backend: beams or rays, whichever is faster for the number of samples and of
+    /// triangles between receivers and light. Both are exact: the masks are identical.
     pub fn or_rays(bvh: Arc<Bvh>) -> Self {
         Self { rays: true, ..Self::new(bvh) }
     }
 
-    /// The same backend with another instruction set: the same answers, for comparison.
+    /// Selects another instruction set; the masks are identical. For comparison.
     #[must_use]
     pub fn with_isa(self, isa: Isa) -> Self {
         Self { isa, ..self }
     }
 
-    /// Puts queries into an order in which neighbours in the image follow each other; false where they do already.
+    /// Sorts queries so that neighbours in the image follow each other; returns false if they are in order
+    /// already.
     fn sort(&mut self, width: u32, batch: &MaskBatch) -> bool {
         let width = width.max(1);
         let queries = batch.queries();
-        // Each part with the first of the next.
+        // Each part includes the first query of the next.
         let parts = (0..queries.len()).into_par_iter().step_by(SORTED);
         if parts.all(|first| follow_tiles(width, &queries[first..(first + SORTED + 1).min(queries.len())])) {
             return false;
@@ -117,11 +120,11 @@ fn answer<M: Samples + Send>(
     groups.with_max_len(TASK).map(one).sum()
 }
 
-/// Whether queries come tile by tile.
+/// True if queries are ordered tile by tile.
 fn follow_tiles(width: u32, queries: &[Query]) -> bool {
     let (mut row, mut start) = (0, 0);
     queries.is_sorted_by_key(|query| {
-        // Most pixels lie in the row of the one before.
+        // Most pixels lie in the row of the previous one.
         if query.pixel.wrapping_sub(start) >= width {
             row = query.pixel / width;
             start = row * width;
@@ -130,7 +133,7 @@ fn follow_tiles(width: u32, queries: &[Query]) -> bool {
     })
 }
 
-/// Every other bit of the result, from the lower 16 bits.
+/// Spreads the lower 16 bits to every other bit of the result.
 fn spread(bits: u32) -> u32 {
     let mut bits = bits & 0xffff;
     for (shift, mask) in [(8, 0x00ff_00ff), (4, 0x0f0f_0f0f), (2, 0x3333_3333), (1, 0x5555_5555)] {

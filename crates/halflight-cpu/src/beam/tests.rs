@@ -1,4 +1,4 @@
-//! Beams against rays, and attempts to break what shafts prove.
+//! Beams against rays, and attempts to refute the certificates of shafts.
 
 use std::sync::Arc;
 
@@ -16,7 +16,8 @@ use crate::bvh::tests::meshes::{
 use crate::bvh::{Bvh, BvhRays};
 use crate::simd::Isa;
 
-/// Masks by beams for every instruction set, held against single rays bit for bit; what the beams did.
+/// Compares the masks of beams, for every instruction set, with those of single rays bit for bit; returns the
+/// beams' statistics.
 fn compare(scene: &Scene, origins: &[Vec3]) -> VisibilityStats {
     let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
     let mut counts = VisibilityStats::default();
@@ -97,11 +98,11 @@ fn groups_with_many_triangles_are_left_to_rays_as_a_whole() {
         let many = asked(4000, pattern, true);
         assert!(many.left_to_rays > 256 && many.walked == 0, "{many:?}");
     }
-    // However many samples travel as one packet.
+    // For any number of samples that form one packet.
     let left =
         |pattern| [400, 800, 1600].map(|count| asked(count, pattern, true).left_to_rays).iter().sum::<u64>();
     assert_eq!(left(of_16), left(of_64));
-    // More than one packet of rays is more than beams take.
+    // With more than one packet of rays, `auto` uses beams as `beam` does.
     assert_eq!(asked(4000, of_256, true), asked(4000, of_256, false));
 }
 
@@ -149,7 +150,7 @@ fn receivers_in_the_planes_of_triangles() {
     assert!(stats.listed > 0, "{stats:?}");
 }
 
-/// The receivers of each cluster, asked with 64 samples each.
+/// Batch of the receivers of each cluster, with 64 samples each.
 fn ask_clusters(origins: &[Vec3]) -> MaskBatch {
     ask(origins, patterns().next().unwrap(), false)
 }

@@ -1,10 +1,11 @@
-//! Shadow rays: all rays of one receiver, or to one light sample, at once.
+//! Any-hit traversal by shadow rays: all rays of one receiver, or all rays to one light sample, at once.
 //!
-//! The packet goes through the BVH as a whole: the first nodes are entered when any ray between the bounds of its
-//! directions might enter them, later ones by the rays whose own box tests pass. At a block the planes of eight triangles
-//! are set up once for all rays, triangles out of reach of each group of 16 rays are dropped, and those that stay meet the
-//! rays a vector at a time. Where few rays are left, each is tested by itself against eight boxes or eight triangles at
-//! once. Children are taken in the order of their slots: any hit will do, and order gains less than it costs.
+//! A packet first enters nodes as a whole: a box is entered when any ray between the bounds of the packet's
+//! directions might enter it. Further down, each ray has box tests of its own. At a block, the planes of the
+//! eight triangles are set up once for all rays. Triangles out of reach of a group of 16 rays are dropped,
+//! and the remaining ones are tested against a vector of rays at a time. When few rays are left, each is
+//! tested alone against eight boxes or eight triangles at once. Children are visited in slot order: any hit
+//! ends a ray, and sorting by distance gains less than it costs.
 
 use super::Bvh;
 use super::layout::{Child, Node};
@@ -14,23 +15,25 @@ use super::stack::Stacks;
 use crate::occluder::{Block, Facets, Planes, Spokes, Vector, exact};
 use crate::simd::{Kernel, Lanes, Simd};
 
-/// Rays so few that each is tested against a node's eight boxes at once, instead of each box against vectors of rays.
+/// Number of rays up to which each ray is tested against a node's eight boxes at once. More rays are tested
+/// as vectors against one box after the other.
 const FEW: u32 = 8;
 
-/// Nodes that a packet enters as a whole before its rays have box tests of their own.
+/// Number of nodes that a packet enters as a whole before its rays have box tests of their own.
 const COARSE: u32 = 3;
 
-/// Rays so few that each is tested against a block's eight triangles at once, instead of each triangle against vectors of rays.
+/// Number of rays up to which each ray is tested against a block's eight triangles at once. More rays are
+/// tested as vectors against one triangle after the other.
 const DIRECT: u32 = 10;
 
-/// The bits of the first `count` rays.
+/// Mask of the first `count` rays.
 #[inline(always)]
 fn first(count: usize) -> u64 {
     if count >= 64 { u64::MAX } else { (1 << count) - 1 }
 }
 
 impl Bvh {
-    /// Which rays of a finished packet meet a triangle at 0 < t < 1.
+    /// Mask of the rays of a finished packet that meet a triangle at 0 < t < 1.
     #[inline(always)]
     pub(super) fn occluded<S: Simd>(&self, packet: &Packet, stacks: &mut Stacks) -> u64 {
         S::call(Occluded { bvh: self, packet, stacks })
@@ -90,7 +93,7 @@ impl Bvh {
                         };
                         if inside != 0 {
                             alive =
-                                self.shadow_block::<S>(&self.blocks[child as usize], packet, alive, inside);
+                                self.any_hit_block::<S>(&self.blocks[child as usize], packet, alive, inside);
                         }
                     }
                 }
@@ -102,7 +105,7 @@ impl Bvh {
         all & !alive
     }
 
-    /// The same, one ray after another.
+    /// Mask of the occluded rays, traced one after another.
     #[inline(always)]
     pub(super) fn occluded_singly<S: Simd>(&self, packet: &Packet, stacks: &mut Stacks) -> u64 {
         let mut occluded = 0;
@@ -113,12 +116,12 @@ impl Bvh {
         occluded
     }
 
-    /// The rays out of `alive` that a block leaves when those in `rays` are tested.
+    /// Mask of the rays in `alive` that remain unoccluded after those in `rays` are tested against a block.
     ///
-    /// Few rays are tested one by one. For many, the planes of the triangles are set up once, triangles out of a group's
-    /// reach are dropped, and each that is left is tested against vectors of rays.
+    /// Few rays are tested one by one. For many, the planes of the triangles are set up once, triangles out
+    /// of a group's reach are dropped, and each remaining one is tested against vectors of rays.
     #[inline(always)]
-    fn shadow_block<S: Simd>(&self, block: &Block, packet: &Packet, alive: u64, rays: u64) -> u64 {
+    fn any_hit_block<S: Simd>(&self, block: &Block, packet: &Packet, alive: u64, rays: u64) -> u64 {
         let reach = packet.low.abs().max(packet.high.abs());
         if rays.count_ones() <= DIRECT {
             return alive & !hidden_by_rays::<S>(block, Vector::splat(reach), packet, rays);
@@ -140,7 +143,8 @@ impl Bvh {
     }
 }
 
-/// The children that up to eight rays enter, and a byte for each child with a bit for each of the rays that do.
+/// Mask of the children that up to eight rays enter, and one byte per child with a bit for each ray that
+/// enters it.
 #[inline(always)]
 fn entered_by_rays<S: Simd>(node: &Node, packet: &Packet, rays: u64) -> (u32, u64) {
     let (low, high) = node.bounds::<S::Eight>();
@@ -162,7 +166,7 @@ fn entered_by_rays<S: Simd>(node: &Node, packet: &Packet, rays: u64) -> (u32, u6
     (any as u32 & 0xff, columns)
 }
 
-/// Exchanges rows and columns of eight times eight bits (Warren, Hacker's Delight 7-3).
+/// Transposes an 8 × 8 bit matrix (Warren, Hacker's Delight 7-3).
 #[inline(always)]
 fn transposed(mut bits: u64) -> u64 {
     for (shift, mask) in
@@ -174,7 +178,7 @@ fn transposed(mut bits: u64) -> u64 {
     bits
 }
 
-/// The rays out of `rays` that enter a node's child.
+/// Mask of the rays in `rays` that enter a node's child.
 #[inline(always)]
 fn entered<S: Simd>(node: &Node, slot: usize, packet: &Packet, rays: u64) -> u64 {
     let (origin, end) = (Vector::<S::Wide>::splat(packet.origin), S::Wide::splat(1.0));
@@ -190,7 +194,7 @@ fn entered<S: Simd>(node: &Node, slot: usize, packet: &Packet, rays: u64) -> u64
     inside
 }
 
-/// The rays out of `rays` that meet one of some triangles, a ray at a time.
+/// Mask of the rays in `rays` that meet any triangle of a block, tested one ray at a time.
 #[inline(always)]
 fn hidden_by_rays<S: Simd>(block: &Block, reach: Vector<S::Eight>, packet: &Packet, rays: u64) -> u64 {
     let spokes = Spokes::new(block, packet.origin, reach);
@@ -199,14 +203,15 @@ fn hidden_by_rays<S: Simd>(block: &Block, reach: Vector<S::Eight>, packet: &Pack
     while left != 0 {
         let ray = left.trailing_zeros() as usize;
         left &= left - 1;
-        let (may, surely) = spokes.shadow(Vector::broadcast(&packet.d, ray));
+        let (may, surely) = spokes.any_hit(Vector::broadcast(&packet.d, ray));
         hidden |= u64::from(surely != 0) << ray;
         unsure |= u64::from(may & !surely != 0) << ray;
     }
     hidden | decide(block, block.occupied(), packet, unsure & !hidden)
 }
 
-/// The rays out of `rays` that meet one of some triangles, each of which may be met by the groups that have it `within` reach.
+/// Mask of the rays in `rays` that meet any triangle of a block. `within` tells for each group of rays which
+/// triangles are in its reach.
 #[inline(always)]
 fn hidden_by_triangles<S: Simd>(
     block: &Block,
@@ -227,7 +232,7 @@ fn hidden_by_triangles<S: Simd>(
             if within[at / GROUP] >> lane & 1 == 0 {
                 continue;
             }
-            let (may, surely) = facet.shadow(Vector::load(&packet.d, at));
+            let (may, surely) = facet.any_hit(Vector::load(&packet.d, at));
             left &= !(u64::from(surely & may) << at);
             unsure |= u64::from(may & !surely) << at;
         }
@@ -235,7 +240,7 @@ fn hidden_by_triangles<S: Simd>(
     rays & !left | decide(block, all, packet, unsure & left)
 }
 
-/// The rays out of `rays` that meet one of some triangles, in exact arithmetic.
+/// Mask of the rays in `rays` that meet any of the given triangles, decided in exact arithmetic.
 #[inline(always)]
 fn decide(block: &Block, triangles: u32, packet: &Packet, rays: u64) -> u64 {
     if rays == 0 { 0 } else { decide_some(block, triangles, packet, rays) }
@@ -252,7 +257,7 @@ fn decide_some(block: &Block, triangles: u32, packet: &Packet, rays: u64) -> u64
     (0..RAYS).filter(|&ray| rays >> ray & 1 != 0 && meets(ray)).fold(0, |hidden, ray| hidden | 1 << ray)
 }
 
-/// A packet on its way through the BVH.
+/// Traversal of the BVH by a packet.
 struct Occluded<'a> {
     bvh: &'a Bvh,
     packet: &'a Packet,

@@ -1,9 +1,11 @@
-//! Building the BVH: nodes of eight children from the top down, by the surface area heuristic over bins (Wald 2007).
+//! Building the BVH: nodes of eight children from the top down, by the surface area heuristic over bins (Wald
+//! 2007).
 //!
-//! A block of up to eight triangles costs the same however many it holds, so that a range of n triangles is taken to cost
-//! ⌈n / 8⌉ blocks, and blocks come out nearly full. Ranges are parted by number where no plane parts them: copies of a
-//! triangle, triangles around one point, and whatever is left far down. Bins hold minima, maxima and counts, which do not
-//! depend on the order of threads. Children lie in the order in which shadow rays had best visit them.
+//! A block of up to eight triangles costs the same however many it holds. A range of n triangles is therefore
+//! taken to cost ⌈n / 8⌉ blocks, and blocks come out nearly full. Ranges that no plane separates are split by
+//! count: copies of a triangle, triangles around one point, and ranges at great depth. Bins hold minima,
+//! maxima and counts, which do not depend on the order of threads. Children are stored in the order in which
+//! shadow rays visit them.
 
 use glam::Vec3A;
 use halflight_core::scene::Mesh;
@@ -12,30 +14,31 @@ use rayon::prelude::*;
 use super::layout::{BLOCK, Node, padded};
 use crate::occluder::Block;
 
-/// Bins along each axis.
+/// Number of bins along each axis.
 const BINS: usize = 16;
 
-/// Triangles of a block.
+/// Most triangles of a block.
 const LEAF: usize = 8;
 
-/// Triangles from which on a range is binned by several threads, and from which on its children are built by several.
+/// Number of triangles from which on a range is binned by several threads (`PARALLEL`) and its children are
+/// built by several threads (`FORK`).
 const PARALLEL: usize = 1 << 14;
 const FORK: usize = 1 << 10;
 
-/// The level of nodes from which on ranges are parted by number.
+/// Level of the tree from which on ranges are split by count.
 const DEEP: usize = 40;
 
-/// A triangle on its way into a block.
+/// Triangle that has not been assigned to a block yet.
 #[derive(Clone, Copy, Debug)]
 struct Item {
     bounds: Bounds,
-    /// Surface, m².
+    /// Area, m².
     area: f32,
     /// Index in the mesh.
     triangle: u32,
 }
 
-/// A box.
+/// Axis-aligned box.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
     low: Vec3A,
@@ -50,21 +53,21 @@ impl Bounds {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// Half of the surface.
+    /// Half of the surface area.
     #[inline(always)]
     fn area(self) -> f32 {
         let size = (self.high - self.low).max(Vec3A::ZERO);
         size.x * size.y + size.y * size.z + size.z * size.x
     }
 
-    /// Twice the middle.
+    /// Twice the centre.
     #[inline(always)]
     fn middle(self) -> Vec3A {
         self.low + self.high
     }
 }
 
-/// Some items that follow each other, with the boxes around them and around their middles.
+/// Consecutive items, with the box around them and the box around their centres.
 #[derive(Clone, Copy, Debug)]
 struct Range {
     first: usize,
@@ -90,7 +93,7 @@ impl Range {
     }
 }
 
-/// Triangles of a bin: their box and number.
+/// Box and number of the triangles in a bin.
 #[derive(Clone, Copy)]
 struct Bin {
     bounds: Bounds,
@@ -101,7 +104,7 @@ type Bins = [[Bin; BINS]; 3];
 
 const EMPTY: Bins = [[Bin { bounds: Bounds::NONE, count: 0 }; BINS]; 3];
 
-/// Where middles lie among the bins.
+/// Mapping of centres to bins.
 #[derive(Clone, Copy)]
 struct Scale {
     low: Vec3A,
@@ -111,7 +114,7 @@ struct Scale {
 impl Scale {
     fn new(middles: Bounds) -> Self {
         let size = middles.high - middles.low;
-        // Flat along an axis: all in its first bin.
+        // Ranges that are flat along an axis lie in its first bin.
         let scale = Vec3A::splat(BINS as f32 * (1.0 - 1e-6)) / size;
         Self { low: middles.low, scale: Vec3A::select(size.cmpgt(Vec3A::ZERO), scale, Vec3A::ZERO) }
     }
@@ -143,12 +146,12 @@ fn merge(mut a: Bins, b: Bins) -> Bins {
     a
 }
 
-/// Blocks that so many triangles fill.
+/// Number of blocks that `count` triangles fill.
 fn blocks(count: u32) -> f32 {
     count.div_ceil(LEAF as u32) as f32
 }
 
-/// The axis and the first bin of the right part of the best split; none where all middles are in one place.
+/// Axis and first bin of the right part of the cheapest split; none where all centres coincide.
 fn best_split(bins: &Bins) -> Option<(usize, usize)> {
     let (mut best, mut least) = (None, f32::INFINITY);
     for (axis, bins) in bins.iter().enumerate() {
@@ -172,7 +175,7 @@ fn best_split(bins: &Bins) -> Option<(usize, usize)> {
     best
 }
 
-/// Parts a range of more than [`LEAF`] items in two.
+/// Splits a range of more than [`LEAF`] items in two.
 fn halves(items: &mut [Item], range: Range, level: usize) -> [Range; 2] {
     let scale = Scale::new(range.middles);
     let bins = if items.len() >= PARALLEL {
@@ -183,14 +186,14 @@ fn halves(items: &mut [Item], range: Range, level: usize) -> [Range; 2] {
     let split = if level < DEEP { best_split(&bins) } else { None };
     let middle = match split {
         Some((axis, at)) => partition(items, |item| scale.bins(item)[axis] < at),
-        // A multiple of full blocks.
+        // The left part fills its blocks.
         None => (items.len() / 2).next_multiple_of(LEAF).min(items.len() - 1),
     };
     let (left, right) = items.split_at(middle);
     [Range::of(left, range.first), Range::of(right, range.first + middle)]
 }
 
-/// Moves the items of the left part to the front and returns how many they are.
+/// Moves the items of the left part to the front and returns their number.
 fn partition(items: &mut [Item], is_left: impl Fn(&Item) -> bool) -> usize {
     let (mut left, mut right) = (0, items.len());
     while left < right {
@@ -204,17 +207,17 @@ fn partition(items: &mut [Item], is_left: impl Fn(&Item) -> bool) -> usize {
     left
 }
 
-/// Nodes of a subtree, with references to blocks and nodes counted from the subtree's own first ones, and the ranges of items
-/// that become blocks.
+/// Nodes of a subtree and the ranges of items that become its blocks. References to nodes and blocks count
+/// from the subtree's own first ones.
 struct Subtree {
     nodes: Vec<Node>,
     leaves: Vec<(u32, u32)>,
-    /// Surface of the triangles.
+    /// Total area of the triangles, m².
     area: f32,
 }
 
 impl Subtree {
-    /// Appends another subtree; returns where its nodes begin.
+    /// Appends another subtree; returns the index of its first node.
     fn append(&mut self, other: Self) -> u32 {
         let (nodes, blocks) = (self.nodes.len() as u32, self.leaves.len() as u32);
         self.nodes.extend(other.nodes.into_iter().map(|node| node.moved(nodes, blocks)));
@@ -223,10 +226,10 @@ impl Subtree {
     }
 }
 
-/// Builds the node over a range, and everything below it.
+/// Builds the node over a range and its subtree.
 fn build_node(items: &mut [Item], range: Range, level: usize, padding: f32) -> Subtree {
     let (mut children, count) = open(items, range, level);
-    // Items of a child that comes first lie first.
+    // Children are ordered as their items are.
     let children = &mut children[..count];
     children.sort_unstable_by_key(|child| child.first);
     let mut parts: Vec<(Range, &mut [Item])> = Vec::with_capacity(8);
@@ -250,7 +253,7 @@ fn build_node(items: &mut [Item], range: Range, level: usize, padding: f32) -> S
         parts.into_iter().map(make).collect()
     };
     let mut built: Vec<(Range, Subtree)> = children.iter().copied().zip(built).collect();
-    built.sort_by(|(a, one), (b, other)| promise(a, one.area).total_cmp(&promise(b, other.area)));
+    built.sort_by(|(a, one), (b, other)| priority(a, one.area).total_cmp(&priority(b, other.area)));
     let area = built.iter().map(|(_, subtree)| subtree.area).sum();
     let mut all = Subtree { nodes: vec![Node::EMPTY], leaves: Vec::new(), area };
     for (slot, (child, subtree)) in built.into_iter().enumerate() {
@@ -266,7 +269,7 @@ fn build_node(items: &mut [Item], range: Range, level: usize, padding: f32) -> S
     all
 }
 
-/// Parts the child with the largest box until there are eight.
+/// Splits the child with the largest box until there are eight children.
 fn open(items: &mut [Item], range: Range, level: usize) -> ([Range; 8], usize) {
     let mut children = [range; 8];
     let mut count = 1;
@@ -283,14 +286,15 @@ fn open(items: &mut [Item], range: Range, level: usize) -> ([Range; 8], usize) {
     (children, count)
 }
 
-/// How much it promises to look for an occluder in a child, of whose triangles the surface is given: how likely rays come
-/// through its box, and are stopped there, for what it costs. Of the powers of the number of triangles that were tried, the
-/// root is the fastest on a furnished room, a spaceship, two halls and a tree. The last slot is visited first.
-fn promise(child: &Range, area: f32) -> f32 {
+/// Priority of a child in the visiting order, from the total area of its triangles: the probability that a
+/// ray enters its box and is stopped there, over the cost of testing it. Among the powers of the triangle
+/// count that were tried, the square root is the fastest on a furnished room, a spaceship, two halls and a
+/// tree. The child in the last slot is visited first.
+fn priority(child: &Range, area: f32) -> f32 {
     area.min(0.5 * child.bounds.area()) / (child.count as f32).sqrt()
 }
 
-/// Builds nodes and blocks over a mesh; node 0 is the root. Every triangle is in one block.
+/// Builds nodes and blocks over a mesh; node 0 is the root. Every triangle is in exactly one block.
 pub(super) fn build(mesh: &Mesh, padding: f32) -> (Vec<Node>, Vec<Block>) {
     let item = |index: usize| {
         let [a, b, c] = mesh.corners(index).map(Vec3A::from);

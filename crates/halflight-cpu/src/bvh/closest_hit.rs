@@ -1,4 +1,4 @@
-//! Primary rays: the closest hits of a packet.
+//! Closest-hit traversal by packets of primary rays.
 
 use std::cmp::Ordering;
 
@@ -12,19 +12,19 @@ use super::stack::{STACK, push_sorted};
 use crate::occluder::{Targets, Vector, exact};
 use crate::simd::{Lanes, Simd};
 
-/// Bound on the relative error of a parameter that was rounded to single precision.
+/// Bound on the relative error of a ray parameter that was rounded to single precision.
 const ROUNDED: f32 = 1.0 / 4_194_304.0;
 
-/// The closest hit of every ray of a packet.
+/// Closest hits of a packet's rays.
 pub(crate) struct Hits {
     /// Ray parameters; infinite for a miss.
     pub(crate) t: [f32; RAYS],
-    /// Bounds on them.
+    /// Lower and upper bounds on the ray parameters.
     least: [f32; RAYS],
     most: [f32; RAYS],
-    /// Block and lane of each triangle: eight times the one plus the other.
+    /// Position of each triangle in the blocks: eight times the block plus the lane.
     place: [u32; RAYS],
-    /// Triangles in the mesh; `u32::MAX` for a miss.
+    /// Indices of the triangles in the mesh; `u32::MAX` for a miss.
     pub(crate) triangle: [u32; RAYS],
 }
 
@@ -40,7 +40,7 @@ impl Hits {
     }
 }
 
-/// The largest of the first `count` numbers, none of them negative.
+/// Largest of the first `count` ray parameters, none of them negative.
 #[inline(always)]
 fn farthest<L: Lanes>(t: &[f32; RAYS], count: usize) -> f32 {
     let mut most = L::splat(0.0);
@@ -57,8 +57,9 @@ fn farthest<L: Lanes>(t: &[f32; RAYS], count: usize) -> f32 {
 }
 
 impl Bvh {
-    /// Finds the closest triangle that each ray of a finished packet meets, as [`exact::Ray`] decides it. Of several that
-    /// a ray meets in the same point, which lie in one plane or touch there, the one with the lowest index counts.
+    /// Finds the closest triangle that each ray of a finished packet meets, as [`exact::Ray`] decides it. The
+    /// lowest index wins where a ray meets several triangles in one point, because they are coplanar or
+    /// touch.
     #[inline(always)]
     pub(crate) fn nearest<S: Simd>(&self, packet: &Packet, stack: &mut [(u32, f32); STACK], hits: &mut Hits) {
         *hits = Hits::new();
@@ -84,7 +85,7 @@ impl Bvh {
                     waiting = push_sorted(node, mask & node.occupied(), enter, stack, waiting);
                 }
                 Child::Block(index) => {
-                    if self.nearest_in_block::<S>(index, packet, &mut targets, hits) {
+                    if self.closest_in_block::<S>(index, packet, &mut targets, hits) {
                         end = farthest::<S::Wide>(&hits.most, packet.count) * (1.0 + ROUNDED);
                     }
                 }
@@ -92,7 +93,7 @@ impl Bvh {
         }
     }
 
-    /// The corners of the triangle that a ray has hit.
+    /// Corners of the triangle that a ray has hit.
     pub(crate) fn hit_corners(&self, hits: &Hits, ray: usize) -> [Vec3; 3] {
         if hits.triangle[ray] == u32::MAX {
             return [Vec3::ZERO; 3];
@@ -101,9 +102,9 @@ impl Bvh {
         self.blocks[(place >> 3) as usize].triangle_corners((place & 7) as usize)
     }
 
-    /// Returns whether any ray found a closer hit in a block.
+    /// True if any ray found a closer hit in a block.
     #[inline(always)]
-    fn nearest_in_block<S: Simd>(
+    fn closest_in_block<S: Simd>(
         &self,
         index: u32,
         packet: &Packet,
@@ -151,7 +152,7 @@ impl Bvh {
         any
     }
 
-    /// Decides in exact arithmetic whether a triangle is closer than a ray's closest hit so far.
+    /// Decides in exact arithmetic if a triangle is closer than a ray's closest hit so far.
     #[cold]
     #[inline(never)]
     fn decide(&self, packet: &Packet, number: usize, place: u32, hits: &mut Hits) {

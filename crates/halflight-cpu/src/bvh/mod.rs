@@ -1,9 +1,9 @@
-//! Ray-traced visibility: a bounding-volume BVH over the scene's triangles, and rays that travel through it in
-//! packets.
+//! Ray-traced visibility: a bounding-volume hierarchy (BVH) over the scene's triangles, traversed by packets
+//! of rays.
 //!
-//! `build` makes nodes of eight children and blocks of eight triangles (`layout`). Whether a ray meets a triangle is
-//! decided exactly (`occluder`); box tests (`slab`) are conservative. So packets (`any_hit`), single rays (`single`) and a
-//! search through all triangles agree hit for hit, whatever the instruction set.
+//! `build` makes nodes of eight children and blocks of eight triangles (`layout`). Ray–triangle intersection
+//! is decided exactly (`occluder`); box tests (`slab`) are conservative. Packets (`any_hit`), single rays
+//! (`single`) and a search through all triangles therefore agree hit for hit, for every instruction set.
 
 mod any_hit;
 mod build;
@@ -35,11 +35,11 @@ pub(crate) use stack::{STACK, push_near_last};
 
 use crate::occluder::Block;
 
-/// Why no BVH can be built over a mesh.
+/// Reason for which no BVH can be built over a mesh.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BvhError {
-    /// The mesh contradicts itself.
+    /// Invalid mesh: its arrays are inconsistent.
     #[error(transparent)]
     Mesh(#[from] MeshError),
     /// The BVH is over another mesh, or over the same one before it moved.
@@ -47,17 +47,17 @@ pub enum BvhError {
         "the BVH is not over the scene's mesh: build one with Bvh::build, or refit it after the mesh has moved"
     )]
     Foreign,
-    /// A BVH cannot be refitted to another mesh.
+    /// Different number of triangles: the BVH cannot be refitted to the mesh.
     #[error("the mesh has {found} triangles, but the BVH is over {expected}: build a new one")]
     TriangleCount {
-        /// Triangles of the mesh.
+        /// Number of triangles of the mesh.
         found: usize,
-        /// Triangles of the BVH.
+        /// Number of triangles of the BVH.
         expected: usize,
     },
 }
 
-/// A bounding-volume BVH over the triangles of one mesh.
+/// Bounding-volume hierarchy over the triangles of one mesh.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     pub(crate) nodes: Vec<Node>,
@@ -68,7 +68,7 @@ pub struct Bvh {
 }
 
 impl Bvh {
-    /// Builds the BVH. A mesh without triangles is fine: nothing hits it.
+    /// Builds the BVH. Over a mesh without triangles, every ray misses.
     ///
     /// # Errors
     /// The mesh does not validate.
@@ -79,12 +79,12 @@ impl Bvh {
         Ok(Self { nodes, blocks, extent, triangle_count: mesh.triangle_count(), build_time: start.elapsed() })
     }
 
-    /// How long building took.
+    /// Time that building took.
     pub fn build_time(&self) -> Duration {
         self.build_time
     }
 
-    /// Bytes held.
+    /// Memory held, bytes.
     pub fn bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<Node>() + self.blocks.capacity() * size_of::<Block>()
     }
@@ -94,12 +94,12 @@ impl Bvh {
         self.extent.diagonal
     }
 
-    /// The largest coordinate of any corner.
+    /// Largest absolute coordinate of any corner.
     pub(crate) fn largest(&self) -> f32 {
         self.extent.largest
     }
 
-    /// The triangles whose boxes may touch a box, in no order.
+    /// Triangles whose boxes may touch a box, in no particular order.
     pub(crate) fn triangles_in(&self, low: Vec3, high: Vec3) -> Vec<u32> {
         let (mut found, mut waiting) = (Vec::new(), Vec::new());
         waiting.extend(self.nodes.first().map(|_| 0));
@@ -124,7 +124,7 @@ impl Bvh {
         self.triangle_count
     }
 
-    /// Returns whether the BVH is over this mesh as it is: over as many triangles with the same corners.
+    /// True if the BVH matches this mesh: equally many triangles with the same corners.
     pub fn is_over(&self, mesh: &Mesh) -> bool {
         mesh.triangle_count() == self.triangle_count
             && self.blocks.par_iter().with_min_len(1024).all(|block| {
@@ -136,24 +136,24 @@ impl Bvh {
     }
 }
 
-/// How large a mesh is.
+/// Size of a mesh.
 #[derive(Clone, Copy, Debug)]
 struct Extent {
     diagonal: f32,
-    /// The largest coordinate of any corner.
+    /// Largest absolute coordinate of any corner.
     largest: f32,
 }
 
 impl Extent {
-    /// Of a mesh that a BVH can be over.
+    /// Extent of a mesh; an error if the mesh does not validate.
     fn of(mesh: &Mesh) -> Result<Self, BvhError> {
         mesh.validate()?;
         let (low, high) = mesh.bounds().unwrap_or_default();
         Ok(Self { diagonal: (high - low).length(), largest: low.abs().max(high.abs()).max_element() })
     }
 
-    /// By how much boxes are larger than what is in them, before they are rounded outwards: next to nothing, for rays that
-    /// run in a box's side.
+    /// Padding of all boxes before they are rounded outwards. A tiny value suffices: it is for rays that run
+    /// in a box's side.
     fn padding(self) -> f32 {
         self.largest * 2f32.powi(-40)
     }

@@ -1,14 +1,14 @@
-//! Rays that leave one origin, and what they have in common.
+//! Packet of rays that leave one origin, and bounds on their directions.
 
 use glam::Vec3;
 
 use super::slab::inverse;
 use crate::simd::{Lanes, Simd};
 
-/// Rays of a packet.
+/// Most rays of a packet.
 pub(crate) const RAYS: usize = 64;
 
-/// Rays of a group: neighbours in a packet, of which bounds are known.
+/// Rays of a group: consecutive rays of a packet whose directions are bounded together.
 pub(super) const GROUP: usize = 16;
 
 /// Up to 64 rays from one origin.
@@ -16,13 +16,13 @@ pub(super) const GROUP: usize = 16;
 pub(crate) struct Packet {
     pub(super) origin: Vec3,
     pub(super) count: usize,
-    /// Where shadow rays end.
+    /// End points of shadow rays.
     ends: [[f32; RAYS]; 3],
     pub(super) d: [[f32; RAYS]; 3],
     pub(super) inverse: [[f32; RAYS]; 3],
     pub(super) low: Vec3,
     pub(super) high: Vec3,
-    /// Bounds of the directions of each group.
+    /// Bounds on the directions of each group.
     pub(super) lows: [Vec3; RAYS / GROUP],
     pub(super) highs: [Vec3; RAYS / GROUP],
 }
@@ -42,13 +42,13 @@ impl Packet {
         }
     }
 
-    /// Starts anew with an origin and no rays.
+    /// Removes all rays and sets the origin.
     #[inline(always)]
     pub(crate) fn clear(&mut self, origin: Vec3) {
         (self.origin, self.count) = (origin, 0);
     }
 
-    /// Adds a ray along `d` unless there are 64.
+    /// Adds a ray along `d`; does nothing if the packet holds 64 already.
     #[inline(always)]
     pub(crate) fn push(&mut self, d: Vec3) {
         if self.count < RAYS {
@@ -59,7 +59,8 @@ impl Packet {
         }
     }
 
-    /// Starts anew with shadow rays that stop at the first `count` ends, which [`Packet::ends_mut`] has been given.
+    /// Resets the packet to shadow rays towards the first `count` end points, which were written through
+    /// [`Packet::ends_mut`].
     #[inline(always)]
     pub(super) fn set_ends<S: Simd>(&mut self, origin: Vec3, count: usize) {
         (self.origin, self.count) = (origin, count.min(RAYS));
@@ -72,32 +73,32 @@ impl Packet {
         self.bound::<S, true>();
     }
 
-    /// Where shadow rays end, an array an axis.
+    /// End points of shadow rays, one array per axis.
     #[inline(always)]
     pub(super) fn ends_mut(&mut self) -> &mut [[f32; RAYS]; 3] {
         &mut self.ends
     }
 
-    /// The direction of a ray.
+    /// Direction of a ray.
     #[inline(always)]
     pub(crate) fn direction(&self, ray: usize) -> Vec3 {
         Vec3::new(self.d[0][ray], self.d[1][ray], self.d[2][ray])
     }
 
-    /// The end of a shadow ray.
+    /// End point of a shadow ray.
     #[inline(always)]
     pub(super) fn end(&self, ray: usize) -> Vec3 {
         Vec3::new(self.ends[0][ray], self.ends[1][ray], self.ends[2][ray])
     }
 
-    /// Computes what closest hits need, once all rays are there.
+    /// Computes the bounds that closest-hit traversal needs, after all rays were added.
     #[inline(always)]
     pub(crate) fn finish<S: Simd>(&mut self) {
         self.bound::<S, false>();
     }
 
-    /// Computes the bounds of all groups, and reciprocals where single rays are traced. Unused lanes of the last group repeat
-    /// its first ray.
+    /// Computes the bounds of all groups, and reciprocals of directions where single rays are traced. Unused
+    /// lanes of the last group repeat its first ray.
     #[inline(always)]
     fn bound<S: Simd, const SINGLE: bool>(&mut self) {
         let width = S::Wide::WIDTH;

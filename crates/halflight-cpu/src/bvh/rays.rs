@@ -23,10 +23,10 @@ use crate::simd::{Isa, Kernel, Simd};
 /// Queries that one task answers: as many as a packet has rays.
 const CHUNK: usize = RAYS;
 
-/// How many diagonals of the mesh a light may be away for rays to start from it.
+/// Distance of a light up to which rays may start from it, in diagonals of the mesh.
 const NEAR: f32 = 4.0;
 
-/// Exact visibility by ray tracing: rays that share a receiver or a light sample travel together.
+/// Exact visibility by ray tracing: rays that share a receiver or a light sample are traced as a packet.
 #[derive(Clone, Debug)]
 pub struct BvhRays {
     bvh: Arc<Bvh>,
@@ -36,17 +36,17 @@ pub struct BvhRays {
 }
 
 impl BvhRays {
-    /// Rays in packets, with the widest vectors that the CPU has.
+    /// Traces rays in packets, with the widest vectors that the CPU has.
     pub fn new(bvh: Arc<Bvh>) -> Self {
         Self { bvh, isa: Isa::best(), together: true, prover: Arc::default() }
     }
 
-    /// One ray at a time: the same answers, for comparison.
+    /// Traces one ray at a time; the masks are identical. For comparison.
     pub fn single_rays(bvh: Arc<Bvh>) -> Self {
         Self { together: false, ..Self::new(bvh) }
     }
 
-    /// The same backend with another instruction set: the same answers, for comparison.
+    /// Selects another instruction set; the masks are identical. For comparison.
     #[must_use]
     pub fn with_isa(self, isa: Isa) -> Self {
         Self { isa, ..self }
@@ -87,7 +87,7 @@ impl Visibility for BvhRays {
     }
 }
 
-/// Neighbouring queries of a batch.
+/// Consecutive queries of a batch.
 pub(crate) struct Chunk<'a> {
     pub(crate) bvh: &'a Bvh,
     pub(crate) light: &'a AreaLight,
@@ -99,12 +99,13 @@ pub(crate) struct Chunk<'a> {
 }
 
 impl Chunk<'_> {
-    /// Answers all queries by rays in packets.
+    /// Answers all queries by packets of rays.
     pub(crate) fn trace(self, isa: Isa) {
         isa.run(Together(self));
     }
 
-    /// The queries from `first` on whose light samples are at the same places, if rays may as well start there.
+    /// Queries from `first` on that share the positions of their light samples; a single query if rays should
+    /// not start from the light.
     #[inline(always)]
     fn same_points(&self, first: usize) -> Range<usize> {
         let Query { key, origin, .. } = self.queries[first];
@@ -119,8 +120,9 @@ impl Chunk<'_> {
         first..first + count
     }
 
-    /// Fills `packet` with the rays of the wanted samples in one word of a mask, and `bits` with their places in it. Samples
-    /// that lie close together on the light follow each other where the word holds a square of them.
+    /// Fills `packet` with the rays of the wanted samples in one word of a mask, and `bits` with their bit
+    /// positions in it. Samples that are close together on the light follow each other where the word holds a
+    /// square of them.
     #[inline(always)]
     fn gather<S: Simd>(&self, packet: &mut Packet, bits: &mut [u8; 64], query: usize, word: usize) {
         let wanted = self.wanted[query * self.words + word];
@@ -160,7 +162,7 @@ impl Chunk<'_> {
     }
 }
 
-/// The samples of a word as they follow each other.
+/// Order of a word's samples: by bit.
 const IN_ORDER: [u8; 64] = {
     let mut order = [0; 64];
     let mut at = 0;
@@ -171,7 +173,8 @@ const IN_ORDER: [u8; 64] = {
     order
 };
 
-/// The samples of a word of eight rows and eight columns, four rows and four columns at a time.
+/// Order of a word's samples where it holds eight rows and eight columns: blocks of four rows and four
+/// columns.
 const SQUARES: [u8; 64] = {
     let mut order = [0; 64];
     let mut at = 0;
@@ -183,7 +186,7 @@ const SQUARES: [u8; 64] = {
     order
 };
 
-/// A chunk in packets of rays that share an end.
+/// Task that traces a chunk in packets of rays that share an end point.
 struct Together<'a>(Chunk<'a>);
 
 impl Kernel for Together<'_> {
@@ -198,7 +201,8 @@ impl Kernel for Together<'_> {
             let run = chunk.same_points(first);
             first = run.end;
             for word in 0..chunk.words {
-                // Whichever way needs fewer packets: 16 receivers that ask for the same 4 samples are 4 packets.
+                // The grouping that needs fewer packets is taken: 16 receivers that ask for the same 4
+                // samples are 4 packets.
                 let receivers = run.clone().filter(|query| chunk.wanted[query * chunk.words + word] != 0);
                 let (count, samples) = receivers
                     .fold((0, 0), |(n, all), query| (n + 1, all | chunk.wanted[query * chunk.words + word]));
@@ -214,10 +218,10 @@ impl Kernel for Together<'_> {
     }
 }
 
-/// A packet and room to trace it.
+/// Packet and the traversal stacks to trace it.
 pub(crate) struct Tracer {
     packet: Packet,
-    /// Which sample or which query of a run each ray belongs to.
+    /// Sample, or query of a run, that each ray belongs to.
     bits: [u8; 64],
     stacks: Stacks,
 }
@@ -227,7 +231,7 @@ impl Tracer {
         Self { packet: Packet::new(), bits: [0; 64], stacks: Stacks::new() }
     }
 
-    /// All rays of a receiver in one word of its mask.
+    /// Traces all rays of a receiver in one word of its mask.
     #[inline(always)]
     pub(crate) fn trace_receiver<S: Simd>(&mut self, chunk: &mut Chunk<'_>, query: usize, word: usize) {
         let slot = query * chunk.words + word;
@@ -243,8 +247,8 @@ impl Tracer {
         chunk.visible[slot] = visible;
     }
 
-    /// All rays of a run of receivers that share the positions of `samples`, sample by sample: a segment meets the same
-    /// triangles whichever end it starts from.
+    /// Traces all rays of a run of receivers that share the positions of `samples`, one sample at a time. A
+    /// segment meets the same triangles from either end.
     #[inline(always)]
     fn trace_points<S: Simd>(&mut self, chunk: &mut Chunk<'_>, run: Range<usize>, word: usize, samples: u64) {
         let key = chunk.queries[run.start].key;
@@ -285,7 +289,7 @@ impl Tracer {
     }
 }
 
-/// A chunk with every ray by itself.
+/// Task that traces every ray of a chunk alone.
 struct Single<'a>(Chunk<'a>);
 
 impl Kernel for Single<'_> {

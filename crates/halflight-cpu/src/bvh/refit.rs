@@ -1,4 +1,4 @@
-//! Moving a BVH along with its triangles.
+//! Refitting of a BVH to moved triangles.
 
 use glam::Vec3;
 use halflight_core::scene::Mesh;
@@ -7,33 +7,35 @@ use rayon::prelude::*;
 use super::layout::{Child, Node, padded};
 use super::{Bvh, BvhError, Extent};
 
-/// A refitted BVH that costs more than this many times what it did is not worth having.
+/// Growth of the cost beyond which a refitted BVH is replaced by a new one.
 ///
-/// Measured on atrium, toys and tree, bent, twisted, waved, and broken into runs of triangles carried off in different
-/// directions: a cost grown less than twice was at most 1.5 times that of a new BVH, and rays took at most 1.5
-/// times as long; a cost grown 3 to 22 times by tearing made rays 1.4 to 7 times slower. Twisting alone makes new
-/// BVHs as costly as old ones: there a new one gains nothing, and takes some fifteen times as long as a refit.
+/// Measured on atrium, toys and tree, bent, twisted, waved, and broken into runs of triangles carried off in
+/// different directions. With a growth below 2, the cost was at most 1.5 times that of a new BVH, and rays
+/// took at most 1.5 times as long. A growth of 3 to 22, by tearing, made rays 1.4 to 7 times slower. Twisting
+/// alone makes new BVHs as costly as old ones: there a rebuild gains nothing, and takes some fifteen times as
+/// long as a refit.
 const WORN: f64 = 2.0;
 
 impl Bvh {
-    /// A BVH over the same triangles in other places: this one refitted, or a new one where triangles have moved
-    /// so far against each other that the old would slow rays down. Which of them it is depends on the two meshes alone.
+    /// BVH over the same triangles in other positions: this one refitted, or a new one where triangles have
+    /// moved so far relative to each other that the old tree would slow rays down. The choice depends on the
+    /// two meshes alone.
     ///
     /// # Errors
-    /// As [`Bvh::refit`].
+    /// See [`Bvh::refit`].
     pub fn follow(&self, mesh: &Mesh) -> Result<Self, BvhError> {
         let mut moved = self.clone();
         moved.refit(mesh)?;
         if moved.cost() > WORN * self.cost() { Self::build(mesh) } else { Ok(moved) }
     }
 
-    /// Fits the BVH to the same triangles in other places: the tree stays, boxes and triangles are made anew.
-    /// Answers are those of a fresh build, bit for bit. `build_time` stays that of the build.
+    /// Refits the BVH to the same triangles in other positions: the tree stays, boxes and triangles are
+    /// updated. Masks are those of a new BVH, bit for bit. `build_time` stays that of the build.
     ///
-    /// How fast it answers depends on how far triangles have moved against each other: see [`Bvh::cost`].
+    /// Traversal time depends on how far triangles have moved relative to each other: see [`Bvh::cost`].
     ///
     /// # Errors
-    /// As [`Bvh::build`], and where the number of triangles is another. The BVH is then as it was.
+    /// See [`Bvh::build`]; also an error if the number of triangles differs. The BVH is then unchanged.
     pub fn refit(&mut self, mesh: &Mesh) -> Result<(), BvhError> {
         if mesh.triangle_count() != self.triangle_count {
             let (found, expected) = (mesh.triangle_count(), self.triangle_count);
@@ -64,9 +66,10 @@ impl Bvh {
         Ok(())
     }
 
-    /// How many children's boxes a ray through the whole is expected to meet: the sum of their surfaces over the root's.
+    /// Expected number of children's boxes that a ray through the root meets: the sum of their surface areas
+    /// over the root's.
     ///
-    /// Of a refitted BVH it tells when to build a new one.
+    /// The growth of this number after refits tells when to build a new BVH.
     pub fn cost(&self) -> f64 {
         let boxes = |node: &Node| node.slots().map(|slot| node.slot_bounds(slot)).collect::<Vec<_>>();
         let area = |(low, high): (Vec3, Vec3)| {

@@ -1,4 +1,4 @@
-//! One ray at a time: eight boxes or eight triangles against it.
+//! Any-hit traversal by a single ray: eight boxes or eight triangles at a time.
 
 use glam::Vec3;
 
@@ -10,7 +10,7 @@ use crate::occluder::{Facets, Vector, exact};
 use crate::simd::{Kernel, Lanes, Simd};
 
 impl Bvh {
-    /// Whether the open segment from `origin` to `end` meets a triangle under the child `root`.
+    /// True if the open segment from `origin` to `end` meets a triangle under the child `root`.
     #[inline(always)]
     pub(super) fn occludes<S: Simd>(
         &self,
@@ -23,7 +23,7 @@ impl Bvh {
     }
 }
 
-/// A ray on its way through what is under a child.
+/// Traversal of a child's subtree by one ray.
 struct Segment<'a> {
     bvh: &'a Bvh,
     root: u32,
@@ -55,7 +55,7 @@ impl Kernel for Segment<'_> {
                 Child::Block(index) => {
                     let block = &bvh.blocks[index as usize];
                     let facets = Facets::new(block, origin, along.abs());
-                    let (may, surely) = facets.shadow(along);
+                    let (may, surely) = facets.any_hit(along);
                     let mut may = may & facets.occupied;
                     if may & surely != 0 {
                         return true;

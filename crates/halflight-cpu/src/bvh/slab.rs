@@ -1,17 +1,17 @@
-//! The box test, for one ray and for all rays between two.
+//! Ray–box tests, for one ray and for all rays whose directions lie between two bounds.
 //!
-//! A ray enters a box when the spans of its parameter over the three slabs, and 0 … end, overlap. Differences, directions,
-//! their reciprocals and products are each rounded relative to themselves, so that parameters are wrong by a few units in
-//! their own last place, however far away the box is: the parameter at which a box is left is enlarged by [`LATE`], and a
-//! ray that meets a triangle is found to enter every box around it. Boxes are a little larger than what is in them, so that
-//! a ray that runs in one of their sides is inside.
+//! A ray enters a box when its parameter intervals for the three slabs and 0 … end overlap. Differences,
+//! directions, their reciprocals and products each have a relative rounding error, so that a parameter is
+//! wrong by a few units in its own last place, however far away the box is. The parameter at which a box is
+//! left is enlarged by [`LATE`], so that a ray that meets a triangle is found to enter every box around it.
+//! Boxes are slightly larger than their contents, so that a ray that runs in one of their sides is inside.
 
 use glam::Vec3;
 
 use crate::occluder::Vector;
 use crate::simd::Lanes;
 
-/// 1 + 2⁻²⁰: more than the errors of both parameters, of which each has four roundings.
+/// 1 + 2⁻²⁰: more than the rounding errors of both parameters, each of which has four roundings.
 const LATE: f32 = 1.0 + 1.0 / 1_048_576.0;
 
 /// Reciprocals of directions; large but finite for 0, so that no product is undefined.
@@ -20,7 +20,8 @@ pub(super) fn inverse<L: Lanes>(d: L) -> L {
     L::splat(1.0).div(d).min(L::splat(1e30)).max(L::splat(-1e30))
 }
 
-/// Whether rays from `origin` with reciprocal directions `inverse` enter boxes before `end`, and where.
+/// Mask of the boxes that rays from `origin` with reciprocal directions `inverse` enter before `end`, and the
+/// parameters at which they enter.
 #[inline(always)]
 pub(super) fn enters<L: Lanes>(
     low: Vector<L>,
@@ -36,7 +37,7 @@ pub(super) fn enters<L: Lanes>(
     (enter.le(leave), enter)
 }
 
-/// All rays from one origin whose directions lie between two bounds.
+/// Set of all rays from one origin whose directions lie between two bounds.
 #[derive(Clone, Copy)]
 pub(crate) struct Shaft {
     origin: Vec3,
@@ -44,11 +45,12 @@ pub(crate) struct Shaft {
     rising: [f32; 3],
     /// Greatest negative reciprocal direction, or 0.
     falling: [f32; 3],
-    /// Reciprocal that leaves a slab last, or 0 where directions of both signs may stay for ever.
+    /// Reciprocal direction that leaves a slab last, or 0 where directions have both signs and may stay in it
+    /// for ever.
     leaving: [f32; 3],
     /// Least parameter for leaving a slab: ∞ for directions of both signs, else less than any that matters.
     stay: [f32; 3],
-    /// Whether slabs are left through their lower sides.
+    /// True for axes whose slabs are left through their lower side.
     downward: [bool; 3],
 }
 
@@ -81,7 +83,8 @@ impl Shaft {
         shaft
     }
 
-    /// Which boxes any of the rays may enter before `end`, and no later than where they do.
+    /// Mask of the boxes that any of the rays may enter before `end`, and lower bounds on the parameters at
+    /// which they enter.
     #[inline(always)]
     pub(crate) fn enters<L: Lanes>(&self, low: Vector<L>, high: Vector<L>, end: f32) -> (u32, L) {
         let (enter_x, leave_x) = self.span(0, low.x, high.x);
@@ -92,7 +95,7 @@ impl Shaft {
         (enter.le(leave), enter)
     }
 
-    /// Where any of the rays may enter and leave slabs.
+    /// Bounds on the parameters at which any of the rays enters and leaves slabs.
     #[inline(always)]
     fn span<L: Lanes>(&self, axis: usize, low: L, high: L) -> (L, L) {
         let origin = L::splat(self.origin[axis]);

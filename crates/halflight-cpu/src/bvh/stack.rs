@@ -1,15 +1,15 @@
-//! What a traversal has still to visit.
+//! Traversal stacks.
 
 use super::layout::Node;
 use crate::simd::Lanes;
 
-/// Entries of a traversal stack: each of the at most 51 levels (40 by box, then 2³² triangles parted eightfold) leaves seven
-/// siblings behind.
+/// Capacity of a traversal stack. Each of the at most 51 levels (40 split by boxes, then 2³² triangles split
+/// eightfold) leaves seven siblings on it.
 pub(crate) const STACK: usize = 512;
 
-/// Room for what is still to be visited.
+/// Stacks of packet and single-ray traversal.
 pub(super) struct Stacks {
-    /// Nodes with the rays of a packet that may enter them.
+    /// Nodes with the mask of the packet's rays that may enter them.
     pub(super) split: [(u32, u64); STACK],
     /// Nodes and blocks for one ray.
     pub(super) single: [u32; STACK],

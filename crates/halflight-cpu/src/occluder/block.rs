@@ -1,4 +1,4 @@
-//! Eight triangles as arrays of lanes.
+//! Blocks of eight triangles in structure-of-arrays form.
 
 use glam::{DVec3, Vec3, Vec3Swizzles as _};
 use halflight_core::scene::Mesh;
@@ -12,22 +12,22 @@ use crate::simd::Lanes;
 #[repr(C, align(64))]
 pub(crate) struct Block {
     corners: [[[f32; 8]; 3]; 3],
-    /// Products of two edges, rounded once.
+    /// Cross products of two edges, rounded once.
     normals: [[f32; 8]; 3],
     /// Largest component of any edge.
     longest: [f32; 8],
     /// The triangles' indices in the mesh.
     triangles: [u32; 8],
-    /// One bit a lane with a triangle that has an area.
+    /// Mask of the lanes that hold a triangle with a non-zero area.
     occupied: u32,
 }
 
-/// One triangle, as it is put into a [`Block`].
+/// One triangle, prepared for a lane of a [`Block`].
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Triangle {
     corners: [[f32; 3]; 3],
-    /// Product of two edges, rounded once.
+    /// Cross product of two edges, rounded once.
     normal: [f32; 3],
     /// Largest component of any edge.
     longest: f32,
@@ -51,17 +51,17 @@ impl Triangle {
     }
 }
 
-/// The product of two edges, wrong by less than a 2⁻²⁶th of each component whatever cancels: zero for triangles without
-/// area only.
+/// Cross product of two edges, with a relative error below 2⁻²⁶ in each component despite cancellation. Zero
+/// only for triangles without area.
 fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     let (u, v) = (b - a, c - a);
     let (plus, minus) = (u.yzx() * v.zxy(), u.zxy() * v.yzx());
     let normal = plus - minus;
-    // Differences, products and their difference are wrong by four roundings of the products.
+    // The cross product has four roundings of the two products.
     if normal.abs().cmpge((plus.abs() + minus.abs()) * 2f64.powi(-24)).all() {
         return normal;
     }
-    // Slivers. Double precision holds products of coordinates exactly.
+    // Slivers: double precision holds products of coordinates exactly.
     let terms = [a.yzx() * b.zxy(), b.yzx() * c.zxy(), c.yzx() * a.zxy()];
     let others = [a.zxy() * b.yzx(), b.zxy() * c.yzx(), c.zxy() * a.yzx()];
     let component = |axis: usize| {
@@ -91,12 +91,12 @@ impl Block {
         block
     }
 
-    /// The triangles' indices.
+    /// Indices of the triangles in the mesh.
     pub(crate) fn triangles(&self) -> impl Iterator<Item = u32> {
         self.triangles.iter().copied().take_while(|&triangle| triangle != u32::MAX)
     }
 
-    /// Makes the same triangles anew.
+    /// Rebuilds the block from the same triangles of a mesh.
     pub(crate) fn update(&mut self, mesh: &Mesh) {
         let triangles = self.triangles;
         for (lane, triangle) in triangles.into_iter().take_while(|&triangle| triangle != u32::MAX).enumerate()
@@ -105,7 +105,7 @@ impl Block {
         }
     }
 
-    /// Puts a triangle into a lane.
+    /// Sets a lane to a triangle.
     #[inline(always)]
     pub(crate) fn set_lane(&mut self, lane: usize, triangle: &Triangle) {
         for (to, from) in self.corners.iter_mut().zip(&triangle.corners) {
@@ -140,7 +140,7 @@ impl Block {
         L::load(&self.longest)
     }
 
-    /// The corners of one triangle.
+    /// Corners of one triangle.
     pub(crate) fn triangle_corners(&self, lane: usize) -> [Vec3; 3] {
         self.corners.map(|[x, y, z]| Vec3::new(x[lane], y[lane], z[lane]))
     }
@@ -169,7 +169,7 @@ impl Block {
         self.occupied |= 1 << lane;
     }
 
-    /// Makes all lanes but the first `count` empty.
+    /// Empties all lanes but the first `count`.
     #[inline(always)]
     pub(crate) fn truncate(&mut self, count: usize) {
         self.occupied &= (1 << count) - 1;
@@ -191,7 +191,7 @@ mod tests {
             assert_eq!(normal([s, p, p * 2.0]), expected);
             assert_eq!(normal([p, s, p * 2.0]), -expected);
         }
-        // What the straightforward product makes of it.
+        // The plain cross product does not suffice.
         let s = DVec3::new(1.0, 1.0, 0.0) * 2f64.powi(-40);
         assert_ne!(p.cross(s - p), normal([p, p * 2.0, s]));
         assert_eq!(normal([p, p * 2.0, p * 3.0]), DVec3::ZERO);

@@ -1,7 +1,9 @@
-//! A filter for closest hits: which triangles rays from one origin meet, and between which parameters.
+//! Floating-point filter for closest hits: the triangles that rays from one origin meet, and bounds on the
+//! ray parameters.
 //!
-//! Edges and faces are those of [`Facets`]. What they leave open, a ray within rounding of an edge or two triangles whose
-//! parameters differ by less than their errors, is left to exact arithmetic (`exact::Ray`).
+//! Edges and faces are those of [`Facets`]. Undecided cases are left to exact arithmetic (`exact::Ray`): a
+//! ray within the rounding error of an edge, or two triangles whose parameters differ by less than their
+//! errors.
 
 use glam::Vec3;
 
@@ -10,31 +12,31 @@ use super::facet::{Facets, Planes};
 use super::vector::Vector;
 use crate::simd::Lanes;
 
-/// Eight triangles seen from the origin of closest-hit rays, in memory.
+/// Eight triangles prepared for closest-hit rays from one origin, in memory.
 pub(crate) struct Targets {
     planes: Planes,
     distance_error: [f32; 8],
     along_error: [f32; 8],
 }
 
-/// One triangle in all lanes.
+/// One triangle, broadcast to all lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct Target<L> {
     facet: Facets<L>,
-    /// Bound on the error of the distance, relative to it.
+    /// Bound on the relative error of the distance.
     distance_error: L,
-    /// Bound on the error of products of directions and the normal.
+    /// Bound on the error of products of directions with the normal.
     along_error: L,
 }
 
-/// What a vector of rays finds out about a triangle.
+/// Result of testing a vector of rays against a triangle.
 #[derive(Clone, Copy)]
 pub(crate) struct Found<L> {
     /// Rays for which the triangle may be the closest so far.
     pub(crate) may: u32,
-    /// Rays for which it certainly is.
+    /// Rays for which the triangle certainly is the closest so far.
     pub(crate) surely: u32,
-    /// Parameters, and bounds on them.
+    /// Ray parameters, and bounds on them.
     pub(crate) t: L,
     pub(crate) least: L,
     pub(crate) most: L,
@@ -45,7 +47,7 @@ impl Targets {
         Self { planes: Planes::new(), distance_error: [0.0; 8], along_error: [0.0; 8] }
     }
 
-    /// Sets up a block and returns the triangles in it that any ray between `low` and `high` may meet.
+    /// Prepares a block and returns the triangles in it that any ray between `low` and `high` may meet.
     #[inline(always)]
     pub(crate) fn set<L: Lanes>(&mut self, block: &Block, origin: Vec3, low: Vec3, high: Vec3) -> u32 {
         let reach = Vector::splat(low.abs().max(high.abs()));
@@ -74,8 +76,8 @@ impl Targets {
 impl<L: Lanes> Target<L> {
     /// Compares a triangle with the closest hits so far, whose parameters lie between `least` and `most`.
     ///
-    /// With a and b the relative errors of distance and product, both below a quarter, a parameter is wrong by a factor
-    /// of at most (1 + a) / (1 − b) ≤ 1 + 4/3 (a + b).
+    /// With a and b the relative errors of distance and product, both below a quarter, a parameter is wrong
+    /// by a factor of at most (1 + a) / (1 − b) ≤ 1 + 4/3 (a + b).
     #[inline(always)]
     pub(crate) fn find(&self, d: Vector<L>, least: L, most: L) -> Found<L> {
         let zero = L::splat(0.0);

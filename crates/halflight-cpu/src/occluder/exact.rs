@@ -7,10 +7,10 @@ use robust::{Coord3D, orient3d};
 
 use super::expansion::Expansion;
 
-/// Returns whether the open segment between two points meets a closed triangle in a single point.
+/// True if the open segment between two points meets a closed triangle in a single point.
 ///
-/// The signs are exact, so a segment that passes from the inside of a closed mesh to its outside meets it, through edges
-/// and corners as well. A triangle that has an end of the segment in its plane is not met.
+/// The signs are exact: a segment from the inside of a closed mesh to its outside meets the mesh, through
+/// edges and corners as well. A triangle whose plane contains an end of the segment is not met.
 pub(crate) fn meets(origin: Vec3, end: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
     let sides = [volume(a, b, c, origin), volume(a, b, c, end)];
     let across = sides[0] < 0.0 && sides[1] > 0.0 || sides[0] > 0.0 && sides[1] < 0.0;
@@ -21,13 +21,13 @@ pub(crate) fn meets(origin: Vec3, end: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
     edges.iter().all(|&side| side >= 0.0) || edges.iter().all(|&side| side <= 0.0)
 }
 
-/// Returns a number with the sign of N · (A − P), where N is the normal of the triangle by the order of its corners, A any
-/// of them and P the point: 0 in the triangle's plane.
+/// Number with the sign of N · (A − P), where N is the normal of the triangle by the order of its corners, A
+/// any of them and P the point; 0 in the triangle's plane.
 pub(crate) fn side_of_plane([a, b, c]: [Vec3; 3], point: Vec3) -> f64 {
     volume(a, b, c, point)
 }
 
-/// A number with the sign of the volume of a tetrahedron.
+/// Number with the sign of a tetrahedron's volume.
 fn volume(a: Vec3, b: Vec3, c: Vec3, d: Vec3) -> f64 {
     let [a, b, c, d] = [a, b, c, d].map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
     orient3d(a, b, c, d)
@@ -42,9 +42,9 @@ pub(crate) struct Ray {
 }
 
 impl Ray {
-    /// Returns whether the ray meets a closed triangle in a single point.
+    /// True if the ray meets a closed triangle in a single point.
     ///
-    /// A triangle that has the ray's origin or all of the ray in its plane is not met.
+    /// A triangle whose plane contains the ray's origin, or the whole ray, is not met.
     pub(crate) fn meets(&self, [a, b, c]: [Vec3; 3]) -> bool {
         let sides = [self.side(a, b), self.side(b, c), self.side(c, a)];
         let (some_positive, some_negative) =
@@ -57,15 +57,15 @@ impl Ray {
         if some_positive { ahead > 0.0 } else { ahead < 0.0 }
     }
 
-    /// Returns the parameter at which the ray meets a triangle's plane, wrong by a 2⁻³²nd of itself at most; the ray must
-    /// meet the triangle.
+    /// Parameter at which the ray meets a triangle's plane, with a relative error of 2⁻³² at most. The ray
+    /// must meet the triangle.
     pub(crate) fn parameter(&self, corners: [Vec3; 3]) -> f64 {
         let [a, b, c, o, d] = [corners[0], corners[1], corners[2], self.origin, self.d].map(Vec3::as_dvec3);
         let (u, v) = (b - a, c - a);
         let (plus, minus) = (u.yzx() * v.zxy(), u.zxy() * v.yzx());
         let (normal, size) = (plus - minus, plus.abs() + minus.abs());
         let (distance, along) = (normal.dot(a - o), normal.dot(d));
-        // Both are wrong by a 2⁻⁴⁹th of the sizes of what is added up at most.
+        // Both are wrong by at most 2⁻⁴⁹ times the sum of the absolute values of their terms.
         let sure = |value: f64, size: f64| value.abs() > size * 2f64.powi(-16);
         if sure(distance, size.dot((a - o).abs())) && sure(along, size.dot(d.abs())) {
             return distance / along;
@@ -74,7 +74,7 @@ impl Ray {
         distance.value() / along.value()
     }
 
-    /// Compares the parameters at which the ray meets two triangles; it must meet both.
+    /// Compares the parameters at which the ray meets two triangles. The ray must meet both.
     pub(crate) fn compare(&self, first: [Vec3; 3], second: [Vec3; 3]) -> Ordering {
         let (p, q) = (self.parameter(first), self.parameter(second));
         if (p - q).abs() > 2f64.powi(-30) * (p.abs() + q.abs()) {
@@ -95,10 +95,11 @@ impl Ray {
         difference.sign().total_cmp(&0.0)
     }
 
-    /// The parameter at which the ray meets a triangle's plane, as N · (A − origin) over N · d.
+    /// Parameter at which the ray meets a triangle's plane, as N · (A − origin) over N · d.
     fn fraction(&self, [a, b, c]: [Vec3; 3]) -> (Expansion, Expansion) {
         let (mut distance, mut along) = (Expansion::ZERO, Expansion::ZERO);
-        // The origin's distance is that of four corners from each other: each three of them once.
+        // The origin's distance is the volume of four points: a sum of the determinants of each three of
+        // them.
         let [a, b, c, o, d] = [a, b, c, self.origin, self.d].map(Vec3::as_dvec3);
         add_determinant(&mut distance, a, b, c);
         add_determinant(&mut distance, -o, b, c);
@@ -110,7 +111,7 @@ impl Ray {
         (distance, along)
     }
 
-    /// Returns a number with the sign of d · (P − origin) × (Q − origin): the side on which the ray passes an edge.
+    /// Number with the sign of d · (P − origin) × (Q − origin): the side on which the ray passes an edge.
     fn side(&self, p: Vec3, q: Vec3) -> f64 {
         let [p, q, o, d] = [p, q, self.origin, self.d].map(Vec3::as_dvec3);
         let (from, to) = (p - o, q - o);
@@ -129,7 +130,7 @@ impl Ray {
     }
 }
 
-/// Adds a · (b × c), for vectors of numbers in single precision.
+/// Adds a · (b × c), for vectors of single-precision numbers.
 fn add_determinant(to: &mut Expansion, a: DVec3, b: DVec3, c: DVec3) {
     for axis in 0..3 {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);

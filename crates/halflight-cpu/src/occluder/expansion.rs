@@ -1,18 +1,18 @@
-//! Exact sums and products of numbers in double precision (Shewchuk 1997).
+//! Exact sums and products of double-precision numbers (Shewchuk 1997).
 
-/// Parts that an [`Expansion`] holds: more than the 17 that span products of three numbers in single precision, or the
-/// 34 that span products of two such.
+/// Capacity of an [`Expansion`] in parts: more than the 17 that span products of three single-precision
+/// numbers, or the 34 that span products of two such.
 const PARTS: usize = 64;
 
-/// A number as a sum of parts that do not overlap, the smallest first. Results are exact as long as no product of two
-/// parts overflows or is subnormal.
+/// Sum of parts that do not overlap, the smallest first. Results are exact as long as no product of two parts
+/// overflows or is subnormal.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Expansion {
     parts: [f64; PARTS],
     count: usize,
 }
 
-/// The rounded sum of two numbers and its error.
+/// Rounded sum of two numbers, and its error.
 #[inline]
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
@@ -20,7 +20,7 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - (sum - share)) + (b - share))
 }
 
-/// The upper and the lower half of a number's digits.
+/// Upper and lower half of a number's digits.
 #[inline]
 fn split(a: f64) -> (f64, f64) {
     let wide = 134_217_729.0 * a;
@@ -28,7 +28,7 @@ fn split(a: f64) -> (f64, f64) {
     (high, a - high)
 }
 
-/// The rounded product of two numbers and its error.
+/// Rounded product of two numbers, and its error.
 #[inline]
 fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
@@ -62,7 +62,8 @@ impl Expansion {
         }
     }
 
-    /// Adds the product of three numbers whose product of the first two is exact, such as numbers in single precision.
+    /// Adds the product of three numbers. The product of the first two must be exact, as that of
+    /// single-precision numbers is.
     pub(crate) fn add_product(&mut self, a: f64, b: f64, c: f64) {
         let (product, error) = two_product(a * b, c);
         self.add(error);
@@ -120,12 +121,12 @@ impl Expansion {
         self.count = top + 1;
     }
 
-    /// Returns the number, wrong by a few units in the last place at most.
+    /// Value of the sum, wrong by a few units in the last place at most.
     pub(crate) fn value(&self) -> f64 {
         self.parts[..self.count].iter().sum()
     }
 
-    /// Returns a number with the same sign, 0 for zero: the largest part decides.
+    /// Number with the same sign as the sum, 0 for zero: the sign of the largest part.
     pub(crate) fn sign(&self) -> f64 {
         self.parts[..self.count].last().map_or(0.0, |part| part.signum())
     }

@@ -1,10 +1,11 @@
-//! A filter for [`super::exact::meets`]: triangles seen from one origin, and what rounding leaves open about them.
+//! Floating-point filter for [`super::exact::meets`]: planes of triangles relative to one origin, with bounds
+//! on their rounding errors.
 //!
-//! With P and Q the ends of an edge seen from the origin, a ray along d passes the edge on the side that the sign of
-//! `d · (P + Q) × (Q − P)` tells, twice the volume that d, P and Q span; sums and differences of the ends instead of
-//! `P × Q` keep the error small for small distant triangles. All but the last product depends on the origin alone and
-//! serves all rays that leave it. Every sum comes with a bound on its error, and a ray inside the bound is decided
-//! exactly.
+//! With P and Q the ends of an edge relative to the origin, a ray along d passes the edge on the side given
+//! by the sign of `d · (P + Q) × (Q − P)`, twice the volume that d, P and Q span. Sums and differences of the
+//! ends instead of `P × Q` keep the error small for small distant triangles. All but the last product depends
+//! on the origin alone and serves all rays that leave it. Every sum has a bound on its error, and a ray
+//! within the bound is decided exactly.
 
 use glam::Vec3;
 
@@ -13,7 +14,8 @@ use super::exact;
 use super::vector::Vector;
 use crate::simd::Lanes;
 
-/// Eight triangles seen from an origin; signs are turned so that a ray that meets a triangle has positive products.
+/// Eight triangles relative to an origin; signs are flipped so that a ray that meets a triangle has positive
+/// products.
 #[derive(Clone, Copy)]
 pub(crate) struct Facets<L> {
     /// Normals of the planes through the origin and each edge.
@@ -24,9 +26,9 @@ pub(crate) struct Facets<L> {
     pub(crate) distance: L,
     /// Bound on the error of the products with the edges' planes.
     pub(crate) edge_error: L,
-    /// Bound on the error of the product with the face, less the distance.
+    /// Bound on the error of the product with the face, minus the distance.
     pub(crate) face_error: L,
-    /// Triangles that have an area and not the origin in their plane: others are never met.
+    /// Triangles that have a non-zero area and whose plane does not contain the origin: others are never met.
     pub(crate) occupied: u32,
 }
 
@@ -40,19 +42,19 @@ pub(crate) struct ParameterErrors<L> {
 }
 
 impl<L: Lanes> Facets<L> {
-    /// `reach` bounds the components of the rays' directions.
+    /// Prepares a block of triangles. `reach` bounds the components of the rays' directions.
     ///
-    /// With u = 2⁻²⁴, A the largest component of a corner seen from the origin, E that of an edge and D = Σ|dₖ|: sums of
-    /// corners are wrong by at most 4uA in each component, edges by uE, the planes' normals by 20uAE and the products,
-    /// d's own rounding included, by 36uDAE; 64u covers what was rounded on the way. The stored face normals N are
-    /// wrong by u relative to each component, and products of them with corners and directions by 5u(Σ|aₖNₖ| + Σ|dₖNₖ|);
-    /// 8u is taken.
+    /// With u = 2⁻²⁴, A the largest component of a corner seen from the origin, E that of an edge and D =
+    /// Σ|dₖ|: sums of corners are wrong by at most 4uA in each component, edges by uE, the planes' normals by
+    /// 20uAE and the products, d's own rounding included, by 36uDAE; 64u covers what was rounded on the way.
+    /// The stored face normals N are wrong by u relative to each component, and products of them with corners
+    /// and directions by 5u(Σ|aₖNₖ| + Σ|dₖNₖ|); 8u is taken.
     #[inline(always)]
     pub(crate) fn new(block: &Block, origin: Vec3, reach: Vector<L>) -> Self {
         Self::with_errors(block, origin, reach).0
     }
 
-    /// Returns facets and what the parameters of rays that meet them are wrong by.
+    /// Prepares a block; returns also bounds on the errors of the parameters of rays that meet its triangles.
     #[inline(always)]
     pub(crate) fn with_errors(block: &Block, origin: Vec3, reach: Vector<L>) -> (Self, ParameterErrors<L>) {
         let (corners, origin_point) = (block.corners(), origin);
@@ -90,9 +92,9 @@ impl<L: Lanes> Facets<L> {
         (facets, ParameterErrors { distance: distance_error, along: along_error })
     }
 
-    /// Triangles that a ray along `d` meets at t < 1 or may meet, and those that it certainly meets.
+    /// Mask of the triangles that a ray along `d` may meet at t < 1, and of those that it certainly meets.
     #[inline(always)]
-    pub(crate) fn shadow(&self, d: Vector<L>) -> (u32, u32) {
+    pub(crate) fn any_hit(&self, d: Vector<L>) -> (u32, u32) {
         let beyond = self.face.dot(d).sub(self.distance);
         let least = self.least_side(d);
         let (edge, face) = (self.edge_error, self.face_error);
@@ -101,21 +103,21 @@ impl<L: Lanes> Facets<L> {
         (may, edge.lt(least) & face.lt(beyond))
     }
 
-    /// The least of the products of a direction with the edges' planes.
+    /// Least product of a direction with the edges' planes.
     #[inline(always)]
     pub(crate) fn least_side(&self, d: Vector<L>) -> L {
         self.edges[0].dot(d).min(self.edges[1].dot(d)).min(self.edges[2].dot(d))
     }
 
-    /// Triangles that any ray between `low` and `high` may meet at t < 1. Rounding is monotone, so bounds on a product hold
-    /// for every ray.
+    /// Triangles that any ray between `low` and `high` may meet at t < 1. Rounding is monotone, so bounds on
+    /// a product hold for every ray.
     #[inline(always)]
     pub(crate) fn reachable(&self, low: Vector<L>, high: Vector<L>) -> u32 {
         let beyond = self.face.greatest_dot(low, high).sub(self.distance);
         self.in_reach(low, high) & L::splat(0.0).le(beyond.add(self.face_error))
     }
 
-    /// Triangles whose edges any ray between `low` and `high` may pass on the inner side.
+    /// Triangles for which some ray between `low` and `high` may pass all edges on the inner side.
     #[inline(always)]
     pub(super) fn in_reach(&self, low: Vector<L>, high: Vector<L>) -> u32 {
         let sides = [
@@ -128,8 +130,8 @@ impl<L: Lanes> Facets<L> {
     }
 }
 
-/// Gives the distances of open triangles, those that rounding may have put on the wrong side of the origin, the signs that
-/// they have in exact arithmetic. Returns the triangles that have the origin in their plane.
+/// Corrects the distances of open triangles, whose sign may be wrong by rounding: their signs become those of
+/// exact arithmetic. Returns the triangles whose plane contains the origin.
 #[cold]
 #[inline(never)]
 pub(super) fn decide_sides(block: &Block, origin: Vec3, mut open: u32, distances: &mut [f32; 8]) -> u32 {
@@ -144,7 +146,7 @@ pub(super) fn decide_sides(block: &Block, origin: Vec3, mut open: u32, distances
     flat
 }
 
-/// [`Facets`] in memory, to pick one triangle at a time.
+/// [`Facets`] in memory, from which single triangles are broadcast.
 pub(crate) struct Planes {
     edges: [[[f32; 8]; 3]; 3],
     face: [[f32; 8]; 3],
@@ -175,7 +177,7 @@ impl Planes {
         facets.face_error.store(&mut self.face_error);
     }
 
-    /// One triangle in all lanes.
+    /// One triangle, broadcast to all lanes.
     #[inline(always)]
     pub(crate) fn facet<L: Lanes>(&self, lane: usize) -> Facets<L> {
         Facets {
@@ -193,8 +195,8 @@ impl Planes {
     }
 }
 
-/// What weighs the corners of a triangle along rays from one origin: a ray's product with each, over their sum, is the
-/// weight of a corner where it meets the triangle.
+/// Vectors that weight the corners of a triangle along rays from one origin. A ray's product with each
+/// vector, over the sum of the three, is the barycentric weight of that corner at the hit.
 pub(crate) fn corner_weights(corners: [Vec3; 3], origin: Vec3) -> [Vec3; 3] {
     let [a, b, c] = corners.map(|corner| corner - origin);
     let side = |p: Vec3, q: Vec3, edge: Vec3| (p + q).cross(edge);
@@ -205,7 +207,8 @@ pub(crate) fn corner_weights(corners: [Vec3; 3], origin: Vec3) -> [Vec3; 3] {
     ]
 }
 
-/// Weights of the second and third corner at the point where the ray along `d` meets a triangle that it was found to meet.
+/// Barycentric weights of the second and third corner at the point where the ray along `d` meets a triangle;
+/// the ray is known to meet it.
 #[inline(always)]
 pub(crate) fn barycentric(weights: &[Vec3; 3], d: Vec3) -> (f32, f32) {
     let [first, second, third] = [d.dot(weights[0]), d.dot(weights[1]), d.dot(weights[2])];

@@ -1,8 +1,8 @@
-//! What triangles hide of a light from one receiver: the one question that every exact backend answers.
+//! Light samples that triangles hide from one receiver: the test that all exact backends share.
 //!
-//! The answer is exact (`exact`). Nearly always a filter in single precision knows it (`facet`), which comes with bounds
-//! on its errors: for rays, for the samples of a mask one by one (`points`) or by rows (`rows`), for the light as a whole
-//! (`over`). Where on the light a triangle's samples can lie is bounded beforehand (`window`).
+//! The result is exact (`exact`). A single-precision filter with error bounds decides nearly all cases
+//! (`facet`): for rays, for the samples of a mask one by one (`points`) or by rows (`rows`), or for the light
+//! as a whole (`over`). The range of samples that a triangle may hide is bounded beforehand (`window`).
 
 mod block;
 mod closest;
@@ -32,28 +32,29 @@ pub(crate) use vector::Vector;
 
 use crate::simd::Simd;
 
-/// The samples that one receiver has asked for and that no triangle hides so far.
+/// Samples that one receiver wants and that no triangle has hidden yet.
 pub(crate) trait Samples: Send {
-    /// Samples of no light yet.
+    /// Creates an empty set, for no light.
     fn new() -> Self;
 
-    /// Takes another pattern and light.
+    /// Sets the sample pattern and the light.
     fn set(&mut self, pattern: Pattern, light: &AreaLight);
 
-    /// Starts anew with a receiver and the samples that it asks for.
+    /// Restarts with a receiver and its wanted samples.
     fn aim<S: Simd>(&mut self, query: &Query, wanted: &[u64]);
 
-    /// Takes away what eight triangles hide. Returns one that hides all of the light, if any does.
+    /// Removes the samples that eight triangles hide. Returns the lane of a triangle that hides all of the
+    /// light, if any.
     fn occlude<S: Simd>(&mut self, block: &Block) -> Option<usize>;
 
-    /// Whether samples are left.
+    /// True if samples are left.
     fn any(&self) -> bool;
 
-    /// Writes the samples that are left.
+    /// Writes the remaining samples as a visibility mask.
     fn write(&self, visible: &mut [u64]);
 }
 
-/// No samples at all, of no light: what there is before [`Samples::set`].
+/// Empty pattern and light: the state before [`Samples::set`].
 const NOTHING: Pattern = Pattern { kind: PatternKind::Grid, columns: 0, rows: 0 };
 pub(crate) const NOWHERE: AreaLight = AreaLight {
     corner: Vec3::ZERO,

@@ -1,4 +1,4 @@
-//! Triangles against the whole of a light, seen from one receiver.
+//! Tests of triangles against the whole of a light, for one receiver.
 
 use glam::Vec3;
 use halflight_core::light::AreaLight;
@@ -8,26 +8,26 @@ use super::facet::Facets;
 use super::vector::Vector;
 use crate::simd::Lanes;
 
-/// Bounds on products below which single precision may have lost them altogether.
+/// Bound on products below which single precision may have underflowed.
 const VANISHING: f32 = 1e-30;
 
-/// The four planes that each of eight triangles has for a receiver (through the receiver and an edge, and the
-/// triangle's own), as functions `a + bu · u + bv · v` of the place on the light. A sample is hidden where all four are
-/// positive.
+/// Four planes that each of eight triangles has for a receiver (through the receiver and an edge, and the
+/// triangle's own), as functions `a + bu · u + bv · v` of the position on the light. A sample is hidden where
+/// all four are positive.
 pub(crate) struct OverLight<L> {
     pub(super) facets: Facets<L>,
     pub(super) a: [L; 4],
     pub(super) bu: [L; 4],
     pub(super) bv: [L; 4],
-    /// Bounds on what rounding did to the functions, and to samples that lie where single precision can put them.
+    /// Bounds on the rounding errors of the functions, including the rounding of the samples' positions.
     pub(super) error: [L; 4],
-    /// Triangles that have the whole light on the inner side of each plane.
+    /// Triangles that have the whole light on the inner side, per plane.
     pub(super) inside: [u32; 4],
-    /// Triangles that may hide something.
+    /// Triangles that may hide a sample.
     pub(super) may: u32,
     /// Triangles that hide all of the light.
     pub(crate) whole: u32,
-    /// Triangles whose functions tell nothing.
+    /// Triangles whose functions are too inaccurate to decide anything.
     pub(super) unsure: u32,
 }
 
@@ -36,8 +36,8 @@ impl<L: Lanes> OverLight<L> {
     pub(crate) fn new(block: &Block, origin: Vec3, light: &AreaLight) -> Self {
         let corner = light.corner - origin;
         let edges = light.edge_u.abs() + light.edge_v.abs();
-        // `Facets` bounds the error of products with a direction. Sums of three products, and samples rounded to where
-        // single precision can put them, are within the bound for twice the reach of both.
+        // `Facets` bounds the error of products with a direction. Twice the reach covers sums of three
+        // products, and the rounding of sample positions to single precision.
         let reach = (corner.abs() + light.corner.abs() + edges * 2.0) * 2.0;
         let facets = Facets::<L>::new(block, origin, Vector::splat(reach));
         let (c, u, v) = (Vector::splat(corner), Vector::splat(light.edge_u), Vector::splat(light.edge_v));

@@ -1,4 +1,4 @@
-//! The samples of a mask one by one, a vector of them at a time: for patterns without rows.
+//! Tests of the samples of a mask one by one, a vector of them at a time: for patterns without rows.
 
 use glam::Vec3;
 use halflight_core::light::AreaLight;
@@ -14,14 +14,14 @@ use super::{NOTHING, NOWHERE, Samples, exact};
 use crate::samples::{LANES, positions};
 use crate::simd::{Kernel, Lanes, Simd};
 
-/// Light samples anywhere.
+/// Light samples in arbitrary positions.
 pub(crate) struct Points {
     pattern: Pattern,
     light: AreaLight,
     origin: Vec3,
     window: Window,
     key: u32,
-    /// From the receiver to each sample, 16 samples at a time.
+    /// Vectors from the receiver to each sample, 16 samples at a time.
     d: Vec<[[f32; LANES]; 3]>,
     left: Vec<u64>,
     planes: Planes,
@@ -78,7 +78,7 @@ impl Samples for Points {
     }
 }
 
-/// Takes away what eight triangles hide.
+/// Removes the samples that eight triangles hide.
 struct Occlude<'a> {
     points: &'a mut Points,
     block: &'a Block,
@@ -119,7 +119,7 @@ impl Kernel for Occlude<'_> {
                     if some == 0 {
                         continue;
                     }
-                    let (may, surely) = facet.shadow(Vector::load(d, at));
+                    let (may, surely) = facet.any_hit(Vector::load(d, at));
                     points.left[word] &= !(u64::from(some & surely) << shift);
                     let mut open = some & may & !surely;
                     while open != 0 {

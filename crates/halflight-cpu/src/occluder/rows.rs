@@ -1,9 +1,9 @@
-//! Whole rows of a light's grid at once (Wang17 §3.3).
+//! Tests of whole rows of a light's sample grid at once (Wang17 §3.3).
 //!
-//! Seen from one receiver, a triangle hides the light samples that lie on the inner side of four planes: those through
-//! the receiver and each edge, and the triangle's own. Along a row of a regular grid each of the four is crossed once,
-//! so what is hidden is one run of columns, whatever the number of columns; rows are the lanes of a vector. Every
-//! crossing comes with the distance within which rounding may have misplaced it; samples so near are decided exactly.
+//! A triangle hides from a receiver the light samples on the inner side of four planes: those through the
+//! receiver and each edge, and the triangle's own. A row of a regular grid crosses each plane once, so the
+//! hidden samples are one run of columns, whatever the number of columns; rows are the lanes of a vector.
+//! Every crossing has a bound on its rounding error; samples within it are decided exactly.
 
 use std::ops::RangeInclusive;
 
@@ -19,34 +19,36 @@ use super::window::Window;
 use super::{NOTHING, NOWHERE, Samples, exact};
 use crate::simd::{Kernel, Lanes, Simd};
 
-/// Most rows and most columns.
+/// Most rows and most columns of a pattern.
 const SIDE: usize = 64;
 
-/// Rows with room for a vector that starts at the last.
+/// Capacity in rows: a vector that starts at the last row fits.
 const ROWS: usize = SIDE + 16;
 
-/// Columns within which a crossing is never trusted: more than what truncating it to a whole number costs.
+/// Distance in columns within which a crossing is never trusted: more than the error of truncating it to an
+/// integer.
 const SLACK: f32 = 1.0 / 1024.0;
 
-/// The samples of a grid, or of one whose rows are shifted, that one receiver has still to see, row by row.
+/// Visible samples of one receiver, row by row, in a regular grid or one with shifted rows.
 pub(crate) struct Rows {
     pattern: Pattern,
     light: AreaLight,
     origin: Vec3,
     window: Window,
-    /// Of the receiver's pattern; `None` before the first.
+    /// Key of the receiver's pattern; `None` before the first receiver.
     key: Option<u32>,
-    /// Place of each row along the light's second edge, 0 … 1.
+    /// Position of each row along the light's second edge, 0 … 1.
     v: [f32; ROWS],
-    /// How far each row's samples lie from the left ends of their columns, in columns.
+    /// Offset of each row's samples from the left ends of their columns, in columns.
     shift: [f32; ROWS],
-    /// A bit for each wanted sample that no triangle hides so far: columns 0 … 31 and 32 … 63 of each row.
+    /// Mask of the wanted samples that no triangle has hidden yet: columns 0 … 31 and 32 … 63 of each row.
     left: [[u32; ROWS]; 2],
     /// Four planes of eight triangles.
     planes: [Plane; 4],
 }
 
-/// A plane of each of eight triangles, as the column at which it is crossed: `start + slope · v`, give or take `slack`.
+/// Plane of each of eight triangles, as the column at which rows cross it: `start + slope · v`, with the
+/// error bound `slack`.
 #[derive(Clone, Copy)]
 struct Plane {
     start: [f32; 8],
@@ -61,14 +63,16 @@ struct Plane {
 impl Plane {
     const EMPTY: Self = Self { start: [0.0; 8], slope: [0.0; 8], slack: [0.0; 8], right: 0, whole: 0 };
 
-    /// From the function `a + bu · u + bv · v` of the place on the light, positive inside, wrong by at most `error`.
+    /// Sets the plane from the function `a + bu · u + bv · v` of the position on the light, positive inside,
+    /// with an error of at most `error`.
     #[inline(always)]
     fn set<L: Lanes>(&mut self, columns: f32, a: L, bu: L, bv: L, error: L) {
         let zero = L::splat(0.0);
         let negative = bu.lt(zero);
         let step = bu.abs().mul(L::splat(1.0 / columns));
-        // A plane that runs along the rows is crossed nowhere or everywhere: it is tilted by as much as rounding might
-        // have, and the error grows by what that moves the last column.
+        // Rows that run parallel to a plane cross it nowhere or everywhere. The plane is tilted by as much as
+        // rounding might have tilted it, and the error grows by the resulting displacement at the last
+        // column.
         let steep = step.max(error.mul(L::splat(1.0 / columns)));
         let error = error.add(steep.sub(step).mul(L::splat(columns)));
         let inverse = L::splat(1.0).div(steep);
@@ -81,7 +85,7 @@ impl Plane {
 }
 
 impl Rows {
-    /// Whether masks of this pattern can be computed by rows.
+    /// True if masks of this pattern can be computed by rows.
     pub(crate) fn fit(pattern: Pattern) -> bool {
         pattern.kind != PatternKind::Jittered
             && usize::from(pattern.columns) <= SIDE
@@ -97,7 +101,7 @@ impl Rows {
         }
     }
 
-    /// Takes away what one of the triangles hides in some rows, `L::WIDTH` rows at a time.
+    /// Removes the samples that one triangle hides in some rows, `L::WIDTH` rows at a time.
     #[inline(always)]
     fn take<L: Lanes>(&mut self, block: &Block, lane: usize, rows: RangeInclusive<usize>) {
         let columns = f32::from(self.pattern.columns);
@@ -145,7 +149,7 @@ impl Rows {
         }
     }
 
-    /// Decides about single samples.
+    /// Decides single samples in exact arithmetic.
     #[cold]
     #[inline(never)]
     fn decide(&mut self, block: &Block, lane: usize, half: usize, row: usize, may: &[u32]) {
@@ -240,7 +244,7 @@ impl Samples for Rows {
     }
 }
 
-/// Takes away what eight triangles hide.
+/// Removes the samples that eight triangles hide.
 struct Occlude<'a> {
     rows: &'a mut Rows,
     block: &'a Block,
@@ -286,7 +290,7 @@ impl Kernel for Occlude<'_> {
     }
 }
 
-/// Takes away what one of them hides.
+/// Removes the samples that one triangle hides.
 struct Take<'a> {
     rows: &'a mut Rows,
     block: &'a Block,

@@ -1,8 +1,9 @@
-//! A filter for [`super::exact::meets`] that sets up little for each triangle, for few rays from an origin.
+//! Floating-point filter for [`super::exact::meets`] with a small setup per triangle, for few rays from an
+//! origin.
 //!
-//! With T the first corner seen from the origin, E and F the edges that leave it and R = T × d, a ray along d meets the
-//! triangle's plane at the corner's weights R · F, −R · E and what these leave of N · d (Möller and Trumbore 1997). Every
-//! product comes with a bound on its error.
+//! With T the first corner relative to the origin, E and F the edges that leave it and R = T × d, a ray along
+//! d meets the triangle's plane with the corner weights R · F, −R · E and N · d minus these two (Möller and
+//! Trumbore 1997). Every product has a bound on its error.
 
 use glam::Vec3;
 
@@ -11,26 +12,28 @@ use super::facet::decide_sides;
 use super::vector::Vector;
 use crate::simd::Lanes;
 
-/// Eight triangles seen from an origin.
+/// Eight triangles relative to an origin.
 #[derive(Clone, Copy)]
 pub(crate) struct Spokes<L> {
     corner: Vector<L>,
     edges: [Vector<L>; 2],
     normal: Vector<L>,
-    /// Distance of the triangle's plane from the origin, times the normal's length; its sign tells on which side the origin is.
+    /// Distance of the triangle's plane from the origin, times the normal's length; its sign is the side on
+    /// which the origin is.
     distance: L,
     edge_error: L,
     face_error: L,
-    /// Triangles that have an area and not the origin in their plane: others are never met.
+    /// Triangles that have a non-zero area and whose plane does not contain the origin: others are never met.
     occupied: u32,
 }
 
 impl<L: Lanes> Spokes<L> {
-    /// `reach` bounds the components of the rays' directions.
+    /// Prepares a block of triangles. `reach` bounds the components of the rays' directions.
     ///
-    /// With u = 2⁻²⁴, A the largest component of a corner seen from the origin, B that of an edge and D = Σ|dₖ|: R · E is
-    /// wrong by at most 16u A B D, T, E and d's own rounding included. N · d is wrong by 5u Σ|dₖNₖ|, and Σ|dₖNₖ| is at most
-    /// 2 B² D, where B is no more than 2 A. What they leave of each other is wrong by 52u A B D; 64u is taken.
+    /// With u = 2⁻²⁴, A the largest component of a corner relative to the origin, B that of an edge and D =
+    /// Σ|dₖ|: R · E is wrong by at most 16u A B D, the rounding of T, E and d included. N · d is wrong by 5u
+    /// Σ|dₖNₖ|, and Σ|dₖNₖ| is at most 2 B² D, where B is no more than 2 A. The difference is wrong by 52u A
+    /// B D; 64u is taken.
     #[inline(always)]
     pub(crate) fn new(block: &Block, origin: Vec3, reach: Vector<L>) -> Self {
         let corners = block.corners();
@@ -63,9 +66,9 @@ impl<L: Lanes> Spokes<L> {
         }
     }
 
-    /// Triangles that a ray along `d` meets at t < 1 or may meet, and those that it certainly meets.
+    /// Mask of the triangles that a ray along `d` may meet at t < 1, and of those that it certainly meets.
     #[inline(always)]
-    pub(crate) fn shadow(&self, d: Vector<L>) -> (u32, u32) {
+    pub(crate) fn any_hit(&self, d: Vector<L>) -> (u32, u32) {
         let turned = self.corner.cross(d);
         let along = self.normal.dot(d).flip(self.distance);
         let first = turned.dot(self.edges[1]).flip(self.distance);

@@ -1,4 +1,4 @@
-//! Points and directions, one a lane.
+//! Points and directions, one per lane.
 
 use glam::Vec3;
 
@@ -23,7 +23,7 @@ impl<L: Lanes> Vector<L> {
         Self { x: L::load(&from[0][at..]), y: L::load(&from[1][at..]), z: L::load(&from[2][at..]) }
     }
 
-    /// One vector of an array of them in all lanes.
+    /// One vector of an array of vectors, broadcast to all lanes.
     #[inline(always)]
     pub(crate) fn broadcast<const N: usize>(from: &[[f32; N]], at: usize) -> Self {
         Self { x: L::splat(from[0][at]), y: L::splat(from[1][at]), z: L::splat(from[2][at]) }
@@ -88,7 +88,7 @@ impl<L: Lanes> Vector<L> {
         self.mul(o).sum()
     }
 
-    /// No less than the dot product with any vector between `low` and `high`, rounding included.
+    /// Upper bound on the dot product with any vector between `low` and `high`, rounding included.
     #[inline(always)]
     pub(crate) fn greatest_dot(self, low: Self, high: Self) -> L {
         self.mul(low).max(self.mul(high)).sum()

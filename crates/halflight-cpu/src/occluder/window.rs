@@ -1,7 +1,9 @@
-//! Where on a light triangles may hide something: the box around what each of them is projected to from the receiver.
+//! Range of light samples that triangles may hide: the bounding box of each triangle's projection from the
+//! receiver onto the light.
 //!
-//! A point P seen from the receiver lies before the light's point `C + u U + v V` with u = P · (V × C) / P · (U × V) and
-//! v = P · (C × U) / P · (U × V). Most small triangles fall between samples, and most others hide some of a few rows.
+//! A point P relative to the receiver projects onto the light's point `C + u U + v V` with u = P · (V × C) /
+//! P · (U × V) and v = P · (C × U) / P · (U × V). Most small triangles fall between samples, and most others
+//! hide samples of a few rows only.
 
 use glam::Vec3;
 use halflight_core::light::AreaLight;
@@ -11,20 +13,21 @@ use super::block::Block;
 use super::vector::Vector;
 use crate::simd::Lanes;
 
-/// Samples by which a window is wider than what was computed: more than rounding moves them in their strata.
+/// Margin of a window in samples: more than rounding moves samples in their strata.
 const SLACK: f32 = 1.0 / 1024.0;
 
-/// A light as one receiver sees it.
+/// Light relative to one receiver.
 #[derive(Clone, Copy)]
 pub(super) struct Window {
     origin: Vec3,
-    /// The light's normal, towards the receiver's side.
+    /// Normal of the light, towards the receiver's side.
     normal: Vec3,
     across: [Vec3; 2],
-    /// Sizes of what these are products of, for bounds on their errors.
+    /// Magnitudes of the factors of `normal` and `across`, for bounds on the products' errors.
     size: f32,
     sizes: [f32; 2],
-    /// How far samples may lie from their places, in edges of the light; infinite where nothing can be told.
+    /// Bound on the displacement of samples by rounding, in edges of the light; infinite where no bound is
+    /// known.
     misplaced: f32,
 }
 
@@ -32,7 +35,7 @@ pub(super) struct Window {
 pub(super) struct Span {
     pub(super) first: [[f32; 8]; 2],
     pub(super) last: [[f32; 8]; 2],
-    /// Triangles that have samples at all.
+    /// Triangles that may hide any sample.
     pub(super) some: u32,
 }
 
@@ -53,11 +56,11 @@ impl Window {
         let height = normal.dot(c);
         let turn = if height < 0.0 { -1.0 } else { 1.0 };
         let (far, u, v) = (c.abs().max_element(), u.abs().max_element(), v.abs().max_element());
-        // What rounding moves samples by, and what that moves the places by that they are seen at.
+        // Displacement of samples by rounding, and the resulting displacement of their projections.
         let moved = (light.corner.abs().max_element() + u + v) * 2f32.powi(-21);
         let sum = |v: Vec3| v.abs().element_sum();
         let most = sum(across[0]).max(sum(across[1])) + sum(normal);
-        // With u = 2⁻²⁴, the height is wrong by at most 48u times the sizes it is a product of.
+        // With u = 2⁻²⁴, the height is wrong by at most 48u times the magnitudes of its factors.
         let sure = height.abs() > far * u * v * 2f32.powi(-12) && height.abs() > f32::MIN_POSITIVE * 1e9;
         let misplaced = moved * most / height.abs();
         Self {
@@ -70,12 +73,12 @@ impl Window {
         }
     }
 
-    /// The samples of a pattern that triangles may hide.
+    /// Range of the pattern's samples that triangles may hide.
     ///
-    /// Products of corners seen from the receiver with the three vectors are wrong by at most 48u times the largest
-    /// component of a corner and the sizes of the vectors, so that places are by as much, and by their own size times as
-    /// much, over the least product with the normal. 64u is taken, and nothing is told where that product is so small
-    /// that its error matters.
+    /// Products of corners relative to the receiver with the three vectors are wrong by at most 48u times the
+    /// largest component of a corner and the vectors' magnitudes. Projected positions are therefore wrong by
+    /// as much, and by their own size times as much, over the least product with the normal. 64u is taken. No
+    /// bound is computed where that product is so small that its error matters.
     #[inline(always)]
     pub(super) fn span<L: Lanes>(&self, block: &Block, pattern: Pattern) -> Span {
         let [a, b, c] = block.corners::<L>();

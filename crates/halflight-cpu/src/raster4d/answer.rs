@@ -1,4 +1,5 @@
-//! Pairing of neighbouring receivers with the triangles of their cells, and their masks (STEPs 3 and 5).
+//! Pairing of neighbouring receivers with the triangles of their cells, and the receivers' masks (STEPs 3 and
+//! 5).
 
 use std::ops::Range;
 
@@ -16,10 +17,11 @@ use crate::pool::Pool;
 use crate::shaft::{GROUP, Hull, List, Share, bounds, quarter};
 use crate::simd::{Isa, Kernel, Simd};
 
-/// Triangles that receivers share without a look at where each of them is projected to.
+/// Most triangles that receivers share without comparing each one's rectangle.
 const SHORT: usize = 64;
 
-/// Triangles that are worth a test against a shaft: more are first left out by the rectangles of fewer receivers.
+/// Most triangles that are tested against a shaft. Longer lists are first reduced by the rectangles of fewer
+/// receivers.
 const MANY: usize = 1024;
 
 /// Answers neighbouring queries.
@@ -60,14 +62,15 @@ struct Answer<'a, 'b, M> {
     worker: &'b mut Worker<M>,
 }
 
-/// Working memory for one chunk after another.
+/// Working memory that is reused from chunk to chunk.
 pub(super) struct Worker<M> {
     samples: M,
-    /// What the cells of all receivers of a chunk hold, without what covers none of them.
+    /// Triangles in the cells of all receivers of a chunk, without those whose rectangles cover none of the
+    /// receivers.
     shared: Shared,
-    /// Of these, what may hide something from them.
+    /// Triangles of `shared` that may hide samples from the receivers.
     kept: Shared,
-    /// Of these, what may hide something from a quarter of them.
+    /// Triangles of `kept` that may hide samples from a quarter of the receivers.
     part: Shared,
     indices: Vec<u32>,
 }
@@ -80,7 +83,7 @@ struct Shared {
 }
 
 impl Shared {
-    /// Fills the list by the entries.
+    /// Fills the list from the entries.
     fn fetch(&mut self, triangles: &[Triangle]) {
         self.list.clear();
         for &triangle in &self.entries.triangles {
@@ -88,7 +91,7 @@ impl Shared {
         }
     }
 
-    /// Becomes what another has in a hull.
+    /// Becomes the part of another list that lies in a hull.
     #[inline(always)]
     fn keep<S: Simd>(&mut self, from: &Self, hull: &Hull, indices: &mut Vec<u32>) {
         self.list.keep_indexed::<S>(&from.list, hull, indices);
@@ -99,14 +102,14 @@ impl Shared {
     }
 }
 
-/// Triangles on their way to a receiver, eight at a time.
+/// Buffer of up to eight triangles to be tested against a receiver.
 struct Waiting {
     block: Block,
     count: usize,
 }
 
 impl Waiting {
-    /// Adds a triangle; false once nothing is left for the receiver to see.
+    /// Adds a triangle; returns false once no sample of the receiver is left.
     #[inline(always)]
     fn push<S: Simd>(&mut self, triangle: &Triangle, samples: &mut impl Samples) -> bool {
         self.block.set_lane(self.count, triangle);
@@ -122,7 +125,7 @@ impl Waiting {
     }
 }
 
-/// A receiver and where it is projected to.
+/// Receiver and its projection.
 #[derive(Clone, Copy)]
 struct Placed {
     query: u8,
@@ -183,15 +186,15 @@ impl<M: Samples> Kernel for Answer<'_, '_, M> {
     }
 }
 
-/// What receivers that are answered together have besides.
+/// State that receivers of one chunk share.
 struct Party<'a> {
-    /// All of their chunk, in the order of their queries.
+    /// All receivers of the chunk, in the order of their queries.
     placed: &'a [Placed],
     waiting: &'a mut Waiting,
     stats: &'a mut VisibilityStats,
 }
 
-/// The receiver of a query.
+/// Receiver of a query.
 fn find(placed: &[Placed], query: u8) -> Option<&Placed> {
     placed.binary_search_by_key(&query, |one| one.query).ok().map(|at| &placed[at])
 }
@@ -228,7 +231,8 @@ impl Chunk<'_> {
             }
             return;
         }
-        // Neighbours look into the same few cells. What is in none of their rectangles' way is left out once for all.
+        // Neighbours share the same few cells. Triangles whose rectangles cover none of the receivers are
+        // dropped once for all.
         let Worker { samples, shared, kept, part, indices } = worker;
         let mut range = placed[0].range;
         for one in placed {
@@ -314,7 +318,7 @@ impl Chunk<'_> {
         Hull::new(low, high, self.light, self.largest)
     }
 
-    /// Answers receivers from all of a list.
+    /// Answers receivers from all triangles of a list.
     #[inline(always)]
     fn answer_all<S: Simd, M: Samples>(
         &mut self,
@@ -340,7 +344,7 @@ impl Chunk<'_> {
         });
     }
 
-    /// Answers receivers from the entries that cover each.
+    /// Answers each receiver from the entries that cover it.
     #[inline(always)]
     fn answer_each<S: Simd, M: Samples>(
         &mut self,
@@ -356,7 +360,7 @@ impl Chunk<'_> {
         }
     }
 
-    /// Pairs in which the triangle hides a sample that the receiver wants.
+    /// Counts the pairs in which the triangle hides a sample that the receiver wants.
     fn count_relevant<S: Simd, M: Samples>(
         &mut self,
         one: &Placed,
@@ -382,7 +386,7 @@ impl Chunk<'_> {
         count
     }
 
-    /// Answers one receiver from entries whose rectangles cover its own.
+    /// Answers one receiver from the entries whose rectangles cover its own.
     #[inline(always)]
     fn answer_one<S: Simd, M: Samples>(
         &mut self,

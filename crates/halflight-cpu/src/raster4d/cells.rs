@@ -1,4 +1,5 @@
-//! The framebuffer: which triangles may concern a receiver, by where both are projected to (Wang17 §3.1, STEPs 2 to 4).
+//! Framebuffer of 4D rasterization: the triangles that may hide the light from a receiver, found by their
+//! projections (Wang17 §3.1, STEPs 2 to 4).
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -12,7 +13,7 @@ use rayon::prelude::*;
 use super::project::{Projection, Rectangle};
 use crate::occluder::NOWHERE;
 
-/// Runs of triangles that are binned side by side at most.
+/// Most runs of triangles that are binned in parallel.
 const MAX_RUNS: usize = 16;
 
 /// Triangles of one cell, or of all: their rectangles and indices.
@@ -39,7 +40,7 @@ impl Entries {
     }
 }
 
-/// A cell of a level, and the first cell of a range on that level.
+/// Cell of a level, and the first cell of a range on that level.
 #[derive(Clone, Copy)]
 pub(super) struct Place {
     level: usize,
@@ -47,30 +48,32 @@ pub(super) struct Place {
     first: [u16; 2],
 }
 
-/// Triangles by cell for one side of a light. A triangle lies in all cells that its rectangle covers, of the finest of
-/// several framebuffers, each half the size of the one before, in which it covers few.
+/// Triangles by cell for one side of a light. Several framebuffers form levels, each half the size of the one
+/// before. A triangle is stored on the finest level on which its rectangle covers few cells, in all of these
+/// cells.
 #[derive(Debug)]
 pub(super) struct Cells {
     projection: Projection,
     side: u32,
     low: [f32; 2],
     scale: [f32; 2],
-    /// Where the cells of each level start in `starts`.
+    /// Index in `starts` of the first cell of each level.
     levels: Vec<usize>,
     starts: Vec<u32>,
     pub(super) entries: Entries,
     rectangles: Vec<Option<(Rectangle, u8, [u16; 4])>>,
-    /// For each run of triangles, where it goes on in every cell.
+    /// Write position of each run of triangles in every cell.
     places_of_runs: Vec<u32>,
     slots: Vec<AtomicU32>,
-    /// Receivers by which the framebuffer is laid out.
+    /// Projected receivers from which the framebuffer's bounds are computed.
     places: [Vec<f32>; 2],
 }
 
-/// A framebuffer covers all receivers but the outermost of these in each direction, which go to its border.
+/// Number of sampled receivers, at either end of an axis, that the framebuffer's bounds leave out; they go to
+/// its border cells.
 const TAIL: usize = 200;
 
-/// Every so many pixels are looked at to find its bounds.
+/// Stride in pixels with which receivers are sampled for the bounds.
 const STRIDE: usize = 13;
 
 impl Cells {
@@ -90,8 +93,8 @@ impl Cells {
         }
     }
 
-    /// Bins all triangles for one side of a light. With `span`, a triangle goes to the finest level where it covers no
-    /// more than so many cells a side; without, all go to the finest.
+    /// Bins all triangles for one side of a light. With `span`, a triangle goes to the finest level on which
+    /// it covers at most that many cells per side; without, all go to the finest level.
     pub(super) fn fill(
         &mut self,
         mesh: &Mesh,
@@ -130,7 +133,8 @@ impl Cells {
         self.bin();
     }
 
-    /// Counts, scans, fills: several runs of triangles at a time, each with its own place in every cell.
+    /// Counts, scans and fills. Several runs of triangles are processed in parallel, each with its own write
+    /// position in every cell.
     fn bin(&mut self) {
         let Self { side, levels, rectangles, starts, places_of_runs, slots, entries, .. } = self;
         let cells = |level: u8, [x0, y0, x1, y1]: [u16; 4]| {
@@ -159,7 +163,7 @@ impl Cells {
             }
         }
         starts[count] = sum;
-        // No two runs write to the same slot; what is written does not depend on the number of runs.
+        // No two runs write to the same slot, and the result does not depend on the number of runs.
         let total = sum as usize;
         if slots.len() < total {
             slots.resize_with(total, AtomicU32::default);
@@ -192,7 +196,7 @@ impl Cells {
         }
     }
 
-    /// Bounds of the framebuffer, from the receivers' projections through the light's corner.
+    /// Computes the bounds of the framebuffer from the receivers' projections through the light's corner.
     fn frame(&mut self, gbuffer: &GBuffer) {
         let mut places = std::mem::take(&mut self.places);
         places.iter_mut().for_each(Vec::clear);
@@ -235,14 +239,15 @@ impl Cells {
         self.starts.resize(first + 1, 0);
     }
 
-    /// The cell of the finest level at a place; what lies outside belongs to the border.
+    /// Cell of the finest level at a position; positions outside belong to the border cells.
     fn cell(&self, place: [f32; 2]) -> [u16; 2] {
         let last = (self.side - 1) as f32;
         [0, 1].map(|axis| ((place[axis] - self.low[axis]) * self.scale[axis]).clamp(0.0, last) as u16)
     }
 
-    /// A receiver's rectangle and its cells on the finest level: the one that it is projected to through the light's
-    /// corner, or, where `all`, all that its rectangle covers. `None` where no list can be trusted to have everything.
+    /// Rectangle of a receiver and its cells on the finest level: the cell of its projection through the
+    /// light's corner, or, if `all`, all cells that its rectangle covers. `None` where no list is guaranteed
+    /// to be complete.
     pub(super) fn receiver(&self, point: Vec3, all: bool) -> Option<(Rectangle, [u16; 4])> {
         let (rectangle, place) = self.projection.receiver(point)?;
         let [x0, y0] = self.cell(if all { rectangle.low } else { place });
@@ -250,8 +255,8 @@ impl Cells {
         Some((rectangle, [x0, y0, x1, y1]))
     }
 
-    /// The entries of some cells, given on the finest level, cell by cell and coarsest level first, each with its cell
-    /// and the first cell of the range on its level.
+    /// Entries of a range of cells that is given on the finest level: cell by cell, coarsest level first,
+    /// each with its cell and the first cell of the range on its level.
     pub(super) fn lists(&self, [x0, y0, x1, y1]: [u16; 4]) -> impl Iterator<Item = (Range<usize>, Place)> {
         (0..self.levels.len()).rev().flat_map(move |level| {
             let (first, width) = (self.levels[level], self.side.div_ceil(1 << level) as usize);
@@ -265,13 +270,13 @@ impl Cells {
         })
     }
 
-    /// Whether a cell is the first of its range in which the triangle of an entry lies.
+    /// True if a cell is the first of its range that contains the triangle of an entry.
     pub(super) fn is_first(&self, slot: usize, place: Place) -> bool {
         let start = self.cell([self.entries.low[0][slot], self.entries.low[1][slot]]);
         (0..2).all(|axis| place.cell[axis] == place.first[axis].max(start[axis] >> place.level))
     }
 
-    /// Triangle entries, cells together.
+    /// Number of triangle entries of all cells.
     pub(super) fn entry_count(&self) -> usize {
         self.entries.triangles.len()
     }

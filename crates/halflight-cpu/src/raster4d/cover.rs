@@ -1,4 +1,4 @@
-//! Which entries' rectangles cover a receiver's: eight or sixteen at a time.
+//! Search for the entries whose rectangles cover a receiver's, eight or sixteen at a time.
 
 use std::ops::Range;
 
@@ -6,7 +6,8 @@ use super::cells::Entries;
 use super::project::Rectangle;
 use crate::simd::{Kernel, Lanes, Simd};
 
-/// Does something with every entry of a list whose rectangle covers another, until it returns false.
+/// Kernel that calls a function for every entry of a list whose rectangle covers another, until the function
+/// returns false.
 pub(super) struct Cover<'a, F> {
     pub(super) entries: &'a Entries,
     pub(super) list: Range<usize>,

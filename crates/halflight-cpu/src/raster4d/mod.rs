@@ -1,10 +1,11 @@
-//! The `raster4d` visibility backend (Wang17): receivers and triangles are projected through all of the light at once,
-//! and those whose projections overlap are paired.
+//! The `raster4d` visibility backend (Wang17): receivers and triangles are projected through all points of
+//! the light at once, and those whose projections overlap are paired.
 //!
-//! Per light and frame, all triangles are binned into a framebuffer beyond the scene (`project`, `cells`; STEPs 2 and
-//! 4). A receiver looks into the one cell that it is projected to through the light's corner (STEP 3, §3.2), keeps the
-//! triangles whose rectangle covers all of its own (§3.2), and takes whole rows of its mask from each (STEP 5, §3.3).
-//! Receivers may come from anywhere, in any number: the whole image or a refiner's sub-fragments.
+//! Per light and frame, all triangles are binned into a framebuffer beyond the scene (`project`, `cells`;
+//! STEPs 2 and 4). A receiver reads the one cell that it is projected to through the light's corner (STEP 3,
+//! §3.2), keeps the triangles whose rectangle covers all of its own (§3.2), and removes whole rows of its
+//! mask for each (STEP 5, §3.3). Any number of receivers in any positions is possible: the whole image or the
+//! samples that a refiner wants.
 
 mod answer;
 mod cells;
@@ -29,29 +30,32 @@ use crate::simd::Isa;
 use answer::{Chunk, Worker, answer};
 use cells::Cells;
 
-/// Cells a side that a triangle covers at most before it goes to a coarser framebuffer: fewer make lists longer than
-/// what they are for, more make more entries.
+/// Most cells per side that a triangle covers before it goes to a coarser framebuffer. A smaller value
+/// lengthens the lists beyond what they save; a larger one makes more entries.
 const SPAN: u16 = 4;
 
-/// Constants of 4D rasterization. The switches are there to measure what each of the paper's optimisations gains.
+/// Options of 4D rasterization. The switches allow to measure the gain of each of the paper's optimisations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Raster4dConfig {
-    /// Cells a side of the framebuffer (Wang17 §4.2, Table 6: 128 is best of 32, 64, 128 and 256).
+    /// Cells per side of the framebuffer (Wang17 §4.2, Table 6: 128 is best of 32, 64, 128 and 256).
     pub framebuffer: u32,
-    /// A receiver looks into one cell instead of all that its projection covers (Wang17 §3.2, Algorithm 2).
+    /// True if a receiver reads one cell instead of all that its projection covers (Wang17 §3.2, Algorithm
+    /// 2).
     pub one_cell: bool,
-    /// Pairs whose projections do not cover each other are dropped (Wang17 §3.2, Algorithm 3).
+    /// True if pairs whose projections do not cover each other are dropped (Wang17 §3.2, Algorithm 3).
     pub rejection: bool,
-    /// Masks are computed by rows instead of sample by sample (Wang17 §3.3).
+    /// True if masks are computed by rows instead of sample by sample (Wang17 §3.3).
     pub rows: bool,
-    /// Triangles that cover many cells are kept in coarser framebuffers, one a power of two. Not in the paper, whose
-    /// lists grow with the square of the light's projected size.
+    /// True if triangles that cover many cells are stored in coarser framebuffers, one per power of two. Not
+    /// in the paper, whose lists grow with the square of the light's projected size.
     pub coarser: bool,
-    /// Neighbouring receivers look into their cells together, and test what they find there against the shaft to the
-    /// light. Not in the paper. Goes with `one_cell` and `rejection`; without either it does nothing.
+    /// True if neighbouring receivers read their cells together and test the triangles found against the
+    /// shaft to the light. Not in the paper. Requires `one_cell` and `rejection`; without either it has no
+    /// effect.
     pub shafts: bool,
-    /// Pairs in which the triangle hides a sample are counted, one by one, which costs much time. Only without `shafts`.
+    /// True if pairs in which the triangle hides a sample are counted, one by one, which is slow. Only
+    /// without `shafts`.
     pub count_relevant: bool,
 }
 
@@ -69,14 +73,14 @@ impl Default for Raster4dConfig {
     }
 }
 
-/// Why 4D rasterization cannot be set up.
+/// Reason for which 4D rasterization cannot be set up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Raster4dError {
-    /// The framebuffer is too small or too large.
+    /// Framebuffer size out of range.
     #[error("a framebuffer of {0} cells a side was asked for; {min} to {max} are possible", min = Raster4d::FRAMEBUFFERS.0, max = Raster4d::FRAMEBUFFERS.1)]
     Framebuffer(u32),
-    /// Shafts leave pairs out before they can be counted.
+    /// Conflict of `count_relevant` and `shafts`: shafts drop pairs before they can be counted.
     #[error("count_relevant needs shafts = false: shafts leave pairs out before they are counted")]
     Relevant,
 }
@@ -87,9 +91,9 @@ pub struct Raster4d {
     config: Raster4dConfig,
     isa: Isa,
     triangles: Vec<Triangle>,
-    /// The largest coordinate of the mesh.
+    /// Largest absolute coordinate of the mesh.
     largest: f32,
-    /// For each light its front, then its back where it has one.
+    /// For each light its front, then its back if it is two-sided.
     sides: Vec<[Option<Cells>; 2]>,
     stats: VisibilityStats,
     rows: Pool<Worker<Rows>>,
@@ -100,10 +104,10 @@ impl Raster4d {
     /// Smallest and largest framebuffer.
     pub const FRAMEBUFFERS: (u32, u32) = (1, 4096);
 
-    /// Nothing is built before the first frame.
+    /// Creates the backend; the framebuffer is built by the first frame.
     ///
     /// # Errors
-    /// The framebuffer is too small or too large.
+    /// An error if the framebuffer is too small or too large.
     pub fn new(config: Raster4dConfig) -> Result<Self, Raster4dError> {
         let (least, most) = Self::FRAMEBUFFERS;
         if !(least..=most).contains(&config.framebuffer) {
@@ -124,7 +128,7 @@ impl Raster4d {
         })
     }
 
-    /// The same backend with another instruction set: the same answers, for comparison.
+    /// Selects another instruction set; the masks are identical. For comparison.
     #[must_use]
     pub fn with_isa(self, isa: Isa) -> Self {
         Self { isa, ..self }
@@ -178,7 +182,7 @@ impl Visibility for Raster4d {
         }
         let (config, isa, triangles, largest) = (self.config, self.isa, &self.triangles[..], self.largest);
         let parts = batch.parts();
-        // Without preparation there are no triangles.
+        // Before the first preparation there are no triangles.
         let Some(sides) = self.sides.get(number as usize) else {
             parts.visible.copy_from_slice(parts.wanted);
             return;

@@ -1,20 +1,21 @@
-//! Projections of points onto a plane parallel to a light, through every point of the light at once (Wang17 §3.1).
+//! Projections of points onto a plane parallel to a light, through every point of the light at once (Wang17
+//! §3.1).
 //!
-//! In the light's own coordinates a point has a place (u, v) over the light, whose corners are 0 and 1, and a height h
-//! above its plane. Through the point q of the light, (u, h) goes to `q + (u − q) · D / h` on a plane at height D: over
-//! all of the light that is an interval, and with v a rectangle.
+//! In the light's coordinate system a point has a position (u, v) over the light, whose corners are 0 and 1,
+//! and a height h above its plane. Through the point q of the light, (u, h) projects to `q + (u − q) · D / h`
+//! on a plane at height D: for all of the light that is an interval, and with v a rectangle.
 
 use glam::{DVec3, Vec3};
 use halflight_core::light::AreaLight;
 
-/// How far beyond its corners a light is taken to reach, in edges. It covers samples that rounding has put outside, and
-/// rays that pass the light's plane beside their sample since the sample lies a little off it.
+/// Margin in edges by which a light is extended. It covers samples that rounding has put outside, and rays
+/// that pass the light's plane beside their sample because the sample is slightly off the plane.
 const MARGIN: f64 = 1.0 / 64.0;
 
-/// Rounding of a sample's position, relative to the coordinates it is made of, with room to spare.
+/// Rounding error of a sample's position, relative to its coordinates, with a safety factor.
 const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
 
-/// A rectangle on the plane, in edges of the light.
+/// Rectangle on the plane, in edges of the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Rectangle {
     pub(super) low: [f32; 2],
@@ -22,10 +23,11 @@ pub(super) struct Rectangle {
 }
 
 impl Rectangle {
-    /// What every other covers.
+    /// Rectangle that every other one covers.
     pub(super) const EMPTY: Self = Self { low: [f32::INFINITY; 2], high: [f32::NEG_INFINITY; 2] };
 
-    /// What covers this covers one of the given or more; what does not covers none of them.
+    /// Rectangle that is covered wherever one of the given ones is: a rectangle that does not cover it covers
+    /// none of them.
     pub(super) fn within(rectangles: impl Iterator<Item = Self>) -> Self {
         let mut all = Self { low: [f32::NEG_INFINITY; 2], high: [f32::INFINITY; 2] };
         for one in rectangles {
@@ -38,21 +40,22 @@ impl Rectangle {
     }
 }
 
-/// One side of a light and the plane on that side.
+/// Side of a light, and the plane on that side.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Projection {
     corner: DVec3,
-    /// Products with these are places over the light.
+    /// Vectors whose products with a point are its position over the light.
     across: [DVec3; 2],
     normal: DVec3,
     /// Height of the plane.
     distance: f64,
-    /// No sample is farther from the light's plane, metres.
+    /// Upper bound on the distance of samples from the light's plane, metres.
     thickness: f64,
 }
 
 impl Projection {
-    /// The side of a light that its normal points to, or the other; the plane lies beyond everything within `reach`.
+    /// Projection on the side of a light that its normal points to, or on its back; the plane lies beyond all
+    /// points within `reach`.
     pub(super) fn new(light: &AreaLight, back: bool, reach: f64) -> Self {
         let (u, v) = (light.edge_u.as_dvec3(), light.edge_v.as_dvec3());
         let normal = u.cross(v).normalize_or_zero();
@@ -69,17 +72,17 @@ impl Projection {
         }
     }
 
-    /// Place and height of a point.
+    /// Position and height of a point.
     fn local(&self, point: Vec3) -> [f64; 3] {
         let from = point.as_dvec3() - self.corner;
         [from.dot(self.across[0]), from.dot(self.across[1]), from.dot(self.normal)]
     }
 
-    /// The rectangle of a receiver and its projection through the light's corner, or `None` where it is so near the
-    /// light's plane that the two do not bound what hides it.
+    /// Rectangle of a receiver and its projection through the light's corner. `None` where the receiver is so
+    /// near the light's plane that the two do not bound the triangles that hide the light from it.
     pub(super) fn receiver(&self, point: Vec3) -> Option<(Rectangle, [f32; 2])> {
         let [u, v, h] = self.local(point);
-        // A ray passes the light's plane beside its sample by no more than this.
+        // Upper bound on the distance between a ray and its sample where the ray passes the light's plane.
         let aside = self.thickness / h * (u.abs().max(v.abs()) + 2.0);
         if !(h > 0.0 && aside < MARGIN / 2.0) {
             return None;
@@ -94,10 +97,10 @@ impl Projection {
         Some((rectangle, [(u * scale) as f32, (v * scale) as f32]))
     }
 
-    /// The rectangle around the projections of a triangle, or `None` where it lies behind the light.
+    /// Rectangle around the projections of a triangle, or `None` where it lies behind the light.
     pub(super) fn triangle(&self, corners: [Vec3; 3]) -> Option<Rectangle> {
         let corners = corners.map(|corner| self.local(corner));
-        // Nearer than this to the light's plane, projections say nothing.
+        // Below this distance from the light's plane, projections are meaningless.
         let near = 64.0 * self.thickness;
         let highest = corners.iter().map(|corner| corner[2]).fold(f64::NEG_INFINITY, f64::max);
         if highest < -self.thickness {
@@ -127,7 +130,7 @@ impl Projection {
             }
         }
         if touches {
-            // The part at the light's plane: without bounds on every side where it does not lie beside the light.
+            // Part at the light's plane: unbounded on every side unless it lies beside the light.
             for (axis, (low, high)) in beside.into_iter().enumerate() {
                 let scale = self.distance / near;
                 let bound = |x: f64, q: f64| q + (x - q) * scale;
@@ -138,7 +141,7 @@ impl Projection {
                 rectangle.high[axis] = rectangle.high[axis].max(highest as f32);
             }
         }
-        // Rounded outwards by more than what receivers are rounded by.
+        // Rounded outwards by more than the rounding error of receivers.
         for axis in 0..2 {
             let (low, high) = (rectangle.low[axis], rectangle.high[axis]);
             let room = |x: f32| if x.is_finite() { x.abs() * 2f32.powi(-20) + 1e-6 } else { 0.0 };

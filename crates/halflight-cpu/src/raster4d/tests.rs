@@ -24,7 +24,7 @@ fn patterns() -> [Pattern; 4] {
     .map(|(kind, count)| Pattern::with_count(kind, count).unwrap())
 }
 
-/// A G-buffer that has seen `origins`, since the framebuffer is laid out by it.
+/// G-buffer with receivers at `origins`, from which the framebuffer's bounds are computed.
 fn seen(origins: &[Vec3]) -> GBuffer {
     let mut gbuffer = GBuffer::default();
     gbuffer.reset(origins.len() as u32, 1);
@@ -68,7 +68,7 @@ fn first_difference(a: &[u64], b: &[u64]) -> Option<usize> {
     a.iter().zip(b).position(|(a, b)| a != b)
 }
 
-/// Masks of all kinds, held against single rays bit for bit.
+/// Compares masks of all kinds with those of single rays, bit for bit.
 fn compare(scene: &Scene, origins: &[Vec3]) -> VisibilityStats {
     let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
     let mut counts = VisibilityStats::default();

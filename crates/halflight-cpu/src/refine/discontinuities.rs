@@ -1,27 +1,27 @@
-//! Where surfaces end: silhouettes, steps, concave creases and, for small error targets, sharp edges between neighbouring
-//! pixels.
+//! Surface discontinuities between neighbouring pixels: silhouettes, depth discontinuities, concave creases
+//! and, for small error targets, sharp convex edges.
 
 use halflight_core::frame::Frame;
 use rayon::prelude::*;
 
 use crate::tangent_plane::{Between, DiscontinuityLimits, LightCorners, RUN, Suspects, TangentPlanes};
 
-/// Something lies between the pixel and its right neighbour.
+/// Discontinuity between the pixel and its right neighbour.
 const RIGHT: u8 = 1;
-/// Something lies between the pixel and the one below.
+/// Discontinuity between the pixel and the one below.
 const BELOW: u8 = 2;
-/// How far these are shifted where the two may shade each other.
+/// Shift of these bits for discontinuities where one surface may shadow the other.
 const SHADE: u32 = 2;
 
-/// One level: what cells of 2^level pixels hold between their pixels and the right and lower neighbours of these, which may
-/// belong to the next cells.
+/// Discontinuities of one level. A cell of 2^level pixels holds those between its pixels and their right and
+/// lower neighbours, which may belong to the next cells.
 #[derive(Clone, Debug, Default)]
 struct Level {
     width: u32,
     flags: Vec<u8>,
 }
 
-/// Discontinuities of all pixels and cells, as one light has them.
+/// Discontinuities of all pixels and cells, for one light.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Discontinuities {
     width: u32,
@@ -30,8 +30,8 @@ pub(super) struct Discontinuities {
 }
 
 impl Discontinuities {
-    /// Looks for discontinuities between all neighbours, and gathers them up to level `coarsest`. Convex edges are discontinuities as well where
-    /// the cosine of normals on both sides is below `edge`.
+    /// Finds discontinuities between all neighbouring pixels, and gathers them up to level `coarsest`. Convex
+    /// edges count as discontinuities if the cosine between the normals of both sides is below `edge`.
     pub(super) fn find(
         &mut self,
         frame: &Frame,
@@ -81,15 +81,16 @@ impl Discontinuities {
         }
     }
 
-    /// What lies between the pixels of cell (x, y), with those of its corners that belong to the cells right of and below
-    /// it; nothing inside a pixel.
+    /// Strongest discontinuity among the pixels of cell (x, y) and those of its corners that belong to the
+    /// cells right of and below it; nothing inside a pixel.
     pub(super) fn inside(&self, level: u8, x: u32, y: u32) -> Between {
         if level == 0 {
             return Between::Nothing;
         }
         let cells = &self.levels[usize::from(level)];
         let mut flags = cells.flags[(y * cells.width + x) as usize];
-        // The last corner neighbours none of the cell's own pixels, but the one left of it does.
+        // The last corner has no neighbour among the cell's own pixels, but the corner's left neighbour is
+        // next to one.
         let (right, below) = ((x + 1) << level, (y + 1) << level);
         if right < self.width && below < self.height {
             let corner = self.levels[0].flags[(below * self.width + right - 1) as usize];
@@ -102,13 +103,13 @@ impl Discontinuities {
         }
     }
 
-    /// Bytes held.
+    /// Memory held, bytes.
     pub(super) fn bytes(&self) -> usize {
         self.levels.iter().map(|level| level.flags.capacity()).sum()
     }
 }
 
-/// A level from the next finer one.
+/// Computes a level from the next finer one.
 fn gather(finer: &Level, width: u32, height: u32, level: u32, out: &mut Level) {
     out.width = width.div_ceil(1 << level);
     let (row, fine_row) = (out.width.max(1) as usize, finer.width.max(1) as usize);

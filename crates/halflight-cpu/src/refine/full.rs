@@ -1,4 +1,4 @@
-//! Every pixel its own samples: the Monte Carlo rival and, with many samples, the reference.
+//! Per-pixel refiner: a mask for every pixel. Monte Carlo baseline and, with many samples, the reference.
 
 use halflight_core::fragment::Fragments;
 use halflight_core::frame::Frame;
@@ -8,7 +8,7 @@ use halflight_core::stages::{RefineOutput, Refiner, Visibility};
 use super::pixel_set::PixelSet;
 use super::trace_pixels;
 
-/// Gives every receiver pixel a fragment of its own with a full mask.
+/// Refiner that gives every receiver pixel a fragment of its own with a complete mask.
 #[derive(Debug, Default)]
 pub struct Full {
     receivers: PixelSet,

@@ -1,4 +1,4 @@
-//! Refiners: which fragments an image is made of.
+//! Refiners: they choose the fragments of an image.
 
 mod discontinuities;
 mod full;
@@ -25,12 +25,13 @@ use halflight_core::pattern::Pattern;
 use halflight_core::stages::Visibility;
 use rayon::prelude::*;
 
-/// When geometry alone splits a fragment. None of the papers gives its thresholds.
+/// Thresholds at which geometry alone splits a fragment. None of the papers gives values.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GeometryThresholds {
-    /// Depth step between neighbouring pixels, relative to depth, above which a fragment is split. A floor seen at a
-    /// glancing angle has steps of (pixel angle) × distance ÷ eye height, about 0.01 across a hall.
+    /// Depth difference between neighbouring pixels, relative to depth, above which a fragment is split. A
+    /// floor seen at a glancing angle has differences of (pixel angle) × distance ÷ eye height, about 0.01
+    /// across a hall.
     pub depth: f32,
     /// Curvature (chord between neighbouring unit normals) above which a fragment is split; 0.2 is 11°.
     pub curvature: f32,
@@ -42,16 +43,17 @@ impl Default for GeometryThresholds {
     }
 }
 
-/// A cell that waits to be looked at, in cells of its level.
+/// Cell to be processed, in units of cells of its level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Pending {
     x: u32,
     y: u32,
-    /// Must be rendered, whatever its geometry (Nichols10: the coarser result showed an illumination discontinuity).
+    /// True if the cell must be rendered, whatever its geometry (Nichols10: the coarser result showed an
+    /// illumination discontinuity).
     forced: bool,
 }
 
-/// Asks for full masks at receiver pixels, one query a pixel in their order.
+/// Traces complete masks at receiver pixels, one query per pixel in their order.
 fn trace_pixels(
     frame: &Frame,
     light: u32,
@@ -69,8 +71,9 @@ fn trace_pixels(
     visibility.masks(frame, batch);
 }
 
-/// Which of four receivers traces a sample when they share a pattern: every other column of every other row, so that each
-/// one's rays spread over the whole light. A pattern of a single row or column is dealt out in turn.
+/// Index of the receiver, of four that share a pattern, that traces a sample. Each traces every other column
+/// of every other row, so that its rays spread over the whole light. The samples of a single row or column
+/// are assigned in turn.
 fn quarter(pattern: Pattern, sample: usize) -> usize {
     let columns = usize::from(pattern.columns);
     let (column, row) = (sample % columns, sample / columns);

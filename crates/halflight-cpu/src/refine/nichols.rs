@@ -1,4 +1,5 @@
-//! The 3 × 3 refiner of Nichols10: fragments are compared with their neighbours, one level at a time, coarsest first.
+//! The 3 × 3 refiner of Nichols10: fragments are compared with their neighbours, one level at a time,
+//! coarsest first.
 
 use halflight_core::fragment::{Fragments, Sample};
 use halflight_core::frame::Frame;
@@ -12,26 +13,29 @@ use super::representative::{cell_faces_away, fragment_point, geometry_breaks, ha
 use super::{GeometryThresholds, Pending, quarter};
 use crate::irradiance;
 
-/// Constants of Nichols10.
+/// Options of [`Nichols`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct NicholsConfig {
     /// Level of the coarsest fragments: 4, a 64² grid for a 1024² image (§3.3.2).
     pub coarsest_level: u8,
-    /// When geometry alone splits a fragment (§3.2).
+    /// Thresholds at which geometry alone splits a fragment (§3.2).
     pub geometry: GeometryThresholds,
-    /// Share of the light samples that must change inside a 3 × 3 neighbourhood to refine it. The paper says half of 256
-    /// (§3.3.2); on scenes with narrow penumbrae that misses most of them.
+    /// Fraction of the light samples that must change inside a 3 × 3 neighbourhood to refine it. The paper
+    /// says half of 256 (§3.3.2); on scenes with narrow penumbrae that misses most of them.
     pub visibility_threshold: f32,
-    /// Refine where irradiance changes by more than this between neighbours, relative to the brightest fragment of the
-    /// coarsest level. Off by default: the comparisons of Koa17 count bits alone. Fig. 10 sweeps it from 0.005 up.
+    /// Change of irradiance between neighbours above which fragments are refined, relative to the brightest
+    /// fragment of the coarsest level. Off by default: the comparisons of Koa17 count bits alone. Fig. 10
+    /// varies it from 0.005 up.
     pub irradiance_threshold: Option<f32>,
-    /// Trace a light sample again only where the coarser neighbourhood disagrees about it (§3.3.2).
+    /// True if a light sample is traced again only where the coarser neighbourhood disagrees about it
+    /// (§3.3.2).
     pub incremental: bool,
-    /// Let every 2 × 2 block share the samples, a quarter each; only fragments of the same phase are compared (§3.3.2).
+    /// True if every 2 × 2 block shares the samples, a quarter each; only fragments of the same phase are
+    /// compared (§3.3.2).
     pub interleaved: bool,
-    /// Refine the neighbours of refined fragments too, diagonal ones included: fewer holes at shadow edges for many more
-    /// fragments.
+    /// True if the neighbours of refined fragments are refined too, diagonal ones included: fewer gaps at
+    /// shadow edges for many more fragments.
     pub diagonal: bool,
 }
 
@@ -49,10 +53,10 @@ impl Default for NicholsConfig {
     }
 }
 
-/// No fragment of the level was rendered here.
+/// Cell that was not rendered at its level.
 const NONE: u32 = u32::MAX;
 
-/// Rendered fragments of one level: where they are and which query holds their mask.
+/// Rendered fragments of one level: their cells, and the queries that hold their masks.
 #[derive(Clone, Debug, Default)]
 struct Level {
     width: u32,
@@ -70,7 +74,7 @@ impl Level {
         self.queries.resize(self.width as usize * self.height as usize, NONE);
     }
 
-    /// Whether cell (x, y) was rendered.
+    /// True if cell (x, y) was rendered.
     fn has(&self, x: u32, y: u32) -> bool {
         self.queries[(y * self.width + x) as usize] != NONE
     }
@@ -87,20 +91,22 @@ impl Level {
     }
 }
 
-/// The refiner of Nichols10. All receivers share one light-sample pattern, since masks of neighbours are compared bit by bit.
+/// Refiner of Nichols10. All receivers share one light-sample pattern, since masks of neighbours are compared
+/// bit by bit.
 #[derive(Clone, Debug, Default)]
 pub struct Nichols {
     config: NicholsConfig,
     levels: Vec<Level>,
     pending: Vec<Pending>,
     next: Vec<Pending>,
-    /// Cells rendered at the level in work, with their pixels, and whether they show a discontinuity.
+    /// Cells rendered at the current level with their pixels, and a flag for those with an illumination
+    /// discontinuity.
     rendered: Vec<(Pending, u32)>,
     flagged: Vec<bool>,
     spread: Vec<bool>,
     values: Vec<f32>,
     brightest: f32,
-    /// Mask bits taken over from the coarser level: which, and what they say.
+    /// Samples whose visibility is reused from the coarser level, and their visibility bits.
     reused_known: Vec<u64>,
     reused_visible: Vec<u64>,
     /// The four phases of interleaved sampling, as masks.
@@ -108,13 +114,13 @@ pub struct Nichols {
 }
 
 impl Nichols {
-    /// A refiner with these constants.
+    /// Creates a refiner with these options.
     pub fn new(config: NicholsConfig) -> Self {
         Self { config, ..Self::default() }
     }
 
-    /// Decides which pending cells are rendered at this level (§3.4); the others go to the next level, are written as
-    /// unlit or hold nothing.
+    /// Selects the pending cells that are rendered at this level (§3.4). Of the others, some go on to the
+    /// next level, some are written as unlit, and some are empty.
     fn select(&mut self, frame: &Frame, light: u32, level: u8, fragments: &mut Fragments) {
         self.rendered.clear();
         for index in 0..self.pending.len() {
@@ -142,8 +148,8 @@ impl Nichols {
         }
     }
 
-    /// Reach of a neighbourhood, in cells: 1, that is 3 × 3. Of interleaved fragments only every other one has traced the
-    /// same samples, so that theirs is 5 × 5.
+    /// Radius of a neighbourhood in cells: 1, that is 3 × 3. Of interleaved fragments only every other one
+    /// has traced the same samples, so their neighbourhood is 5 × 5.
     fn radius(&self) -> u32 {
         if self.config.interleaved { 2 } else { 1 }
     }
@@ -153,7 +159,8 @@ impl Nichols {
         depth || curvature
     }
 
-    /// Asks for the masks of the rendered fragments, reusing bits on which the coarser neighbourhood agrees (§3.3.2).
+    /// Traces the masks of the rendered fragments, reusing bits on which the coarser neighbourhood agrees
+    /// (§3.3.2).
     fn trace(
         &mut self,
         frame: &Frame,
@@ -164,7 +171,7 @@ impl Nichols {
     ) {
         let purpose = if level == 0 { Purpose::Final } else { Purpose::Refine };
         let index = out.open_batch(frame.pattern, purpose);
-        // Taken out for a moment, so that the coarser batch can be read while this one is written.
+        // Temporarily moved out, so that the coarser batch can be read while this one is written.
         let mut batch = std::mem::take(out.batch_mut(index));
         batch.fill(self.rendered.len());
         let words = batch.words();
@@ -193,7 +200,8 @@ impl Nichols {
                     wanted.copy_from_slice(&phases[phase(cell)]);
                 }
                 query.asked = wanted.iter().map(|word| word.count_ones()).sum();
-                // A cell whose parent was not rendered knows its neighbours' masks only, which may lie on other surfaces.
+                // A cell whose parent was not rendered has masks of its parent's neighbours only, which may
+                // lie on other surfaces.
                 let Some((cells, batch)) = coarser.filter(|(cells, _)| cells.has(cell.x / 2, cell.y / 2))
                 else {
                     return;
@@ -264,7 +272,7 @@ impl Nichols {
         }
     }
 
-    /// Keeps the fragments that are good enough and passes the children of the others on.
+    /// Keeps the fragments without a discontinuity and passes the children of the others on.
     fn settle(&mut self, frame: &Frame, level: u8, fragments: &mut Fragments) {
         let batch = self.levels[usize::from(level)].batch;
         for (query, &(cell, pixel)) in (0..).zip(&self.rendered) {
@@ -296,7 +304,7 @@ impl Refiner for Nichols {
         for (phase, mask) in self.phases.iter_mut().enumerate() {
             phase_mask(frame.pattern, phase, mask);
         }
-        // Above the coarsest level everything counts as discontinuous, or nothing would ever start.
+        // Above the coarsest level everything counts as discontinuous, or refinement would never start.
         self.pending.clear();
         let (width, height) =
             (self.levels[usize::from(coarsest)].width, self.levels[usize::from(coarsest)].height);
@@ -330,7 +338,7 @@ impl Refiner for Nichols {
     }
 }
 
-/// What the fragments of a neighbourhood say about 64 light samples: seen lit by one of them, seen unlit by one of them.
+/// Visibility of 64 light samples in a neighbourhood: visible from some fragment, hidden from some fragment.
 #[derive(Clone, Copy, Default)]
 struct Votes {
     lit: u64,
@@ -354,12 +362,12 @@ fn split(next: &mut Vec<Pending>, cell: Pending, forced: bool) {
     }));
 }
 
-/// Place of a cell in its 2 × 2 block.
+/// Index of a cell in its 2 × 2 block.
 fn phase(cell: Pending) -> usize {
     ((cell.x & 1) | (cell.y & 1) << 1) as usize
 }
 
-/// The samples that fragments of a phase trace.
+/// Mask of the samples that fragments of a phase trace.
 fn phase_mask(pattern: Pattern, phase: usize, mask: &mut Vec<u64>) {
     mask.clear();
     mask.resize(pattern.words(), 0);

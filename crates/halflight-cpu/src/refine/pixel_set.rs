@@ -1,11 +1,11 @@
-//! A set of pixels that many threads add to.
+//! Pixel set with concurrent insertion.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-/// Pixels of an image, a bit each, a word for every 8 × 8 of them: so that what comes out follows the image in tiles, whose
-/// pixels see nearly the same.
+/// Pixels of an image, one bit each, one word per 8 × 8 pixels. Iteration therefore follows the image in
+/// tiles, whose pixels see almost the same geometry.
 #[derive(Debug, Default)]
 pub(super) struct PixelSet {
     width: u32,
@@ -15,7 +15,7 @@ pub(super) struct PixelSet {
 }
 
 impl PixelSet {
-    /// Makes it the empty set for an image of this size.
+    /// Empties the set and sets the size of the image.
     pub(super) fn reset(&mut self, width: u32, height: u32) {
         (self.width, self.height) = (width, height);
         self.columns = width.div_ceil(8) as usize;
@@ -29,13 +29,13 @@ impl PixelSet {
     pub(super) fn insert(&self, x: u32, y: u32) {
         let word = &self.words[(y / 8) as usize * self.columns + (x / 8) as usize];
         let bit = 1 << ((y % 8) * 8 + x % 8);
-        // Nothing but the set itself is handed on, and that only after the threads have joined.
+        // Only the set itself is shared, and it is read after the threads have joined.
         if word.load(Ordering::Relaxed) & bit == 0 {
             word.fetch_or(bit, Ordering::Relaxed);
         }
     }
 
-    /// Adds all pixels for which something holds.
+    /// Adds all pixels that satisfy a predicate.
     pub(super) fn insert_where(&mut self, holds: impl Fn(usize) -> bool + Sync) {
         let (width, height, columns) = (self.width as usize, self.height as usize, self.columns);
         self.words.par_iter_mut().enumerate().with_min_len(64).for_each(|(tile, word)| {
@@ -52,7 +52,7 @@ impl PixelSet {
         });
     }
 
-    /// Takes all pixels out, tile by tile and row by row in each, as indices into the image.
+    /// Moves all pixels out as indices into the image, tile by tile and row by row in each.
     pub(super) fn drain(&mut self, pixels: &mut Vec<u32>) {
         pixels.clear();
         for (tile, word) in self.words.iter_mut().enumerate() {
@@ -69,7 +69,7 @@ impl PixelSet {
         }
     }
 
-    /// Bytes held.
+    /// Memory held, bytes.
     pub(super) fn bytes(&self) -> usize {
         self.words.capacity() * 8
     }

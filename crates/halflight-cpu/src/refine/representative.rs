@@ -1,4 +1,4 @@
-//! Where fragments are evaluated, and when light cannot reach them at all.
+//! Representative pixels of fragments, and culling of cells that light cannot reach.
 
 use halflight_core::frame::Frame;
 use halflight_core::gbuffer::GBuffer;
@@ -6,7 +6,7 @@ use halflight_core::light::AreaLight;
 
 use super::GeometryThresholds;
 
-/// A rectangle of pixels, ends excluded, inside the image.
+/// Rectangle of pixels inside the image, ends excluded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rect {
     pub x0: u32,
@@ -15,14 +15,15 @@ pub(super) struct Rect {
     pub y1: u32,
 }
 
-/// The pixels of cell (x, y) of a level, clipped to the image.
+/// Pixels of cell (x, y) of a level, clipped to the image.
 pub(super) fn cell_rect(gbuffer: &GBuffer, level: u8, x: u32, y: u32) -> Rect {
     let (x0, y0) = (x << level, y << level);
     Rect { x0, y0, x1: (x0 + (1 << level)).min(gbuffer.width), y1: (y0 + (1 << level)).min(gbuffer.height) }
 }
 
-/// The pixel at which a square of `size` pixels with its corner at (x, y) is evaluated: the one just right of and below
-/// its centre, clamped into the image; where that is no receiver, the nearest receiver of the square stands in.
+/// Representative pixel of a square of `size` pixels with its corner at (x, y): the pixel just right of and
+/// below the square's centre, clamped into the image. If that is no receiver, it is the nearest receiver of
+/// the square.
 ///
 /// `None` when the square holds no receiver or lies outside the image.
 pub(super) fn fragment_point(gbuffer: &GBuffer, x: u32, y: u32, size: u32) -> Option<usize> {
@@ -51,7 +52,7 @@ pub(super) fn fragment_point(gbuffer: &GBuffer, x: u32, y: u32, size: u32) -> Op
     best.map(|(_, pixel)| pixel)
 }
 
-/// Whether the cell holds any receiver. `level` 0 is a pixel.
+/// True if the cell holds any receiver. `level` 0 is a pixel.
 pub(super) fn has_receiver(frame: &Frame, level: u8, x: u32, y: u32) -> bool {
     let gbuffer = frame.gbuffer;
     if level == 0 {
@@ -61,7 +62,7 @@ pub(super) fn has_receiver(frame: &Frame, level: u8, x: u32, y: u32) -> bool {
     x < cells.width && y < cells.height && cells.receivers[cells.index(x, y)]
 }
 
-/// Depth and curvature discontinuities of a cell against the thresholds: (depth, curvature). Pixels have none.
+/// Depth and curvature discontinuities of a cell by the thresholds: (depth, curvature). Pixels have none.
 pub(super) fn geometry_breaks(
     frame: &Frame,
     thresholds: &GeometryThresholds,
@@ -74,15 +75,16 @@ pub(super) fn geometry_breaks(
     (cells.depth[index] > thresholds.depth, cells.curvature[index] > thresholds.curvature)
 }
 
-/// Whether the receiver at `pixel` faces away from all of the light, or the light from it (Koa17 §3.2.2, Nichols10 §3.2).
+/// True if the receiver at `pixel` faces away from all of the light, or the light from it (Koa17 §3.2.2,
+/// Nichols10 §3.2).
 pub(super) fn faces_away(gbuffer: &GBuffer, light: &AreaLight, pixel: usize) -> bool {
     let Some(receiver) = gbuffer.receiver(pixel) else { return true };
     !light.emits_towards(receiver.origin)
         || light.corners().iter().all(|&corner| receiver.normal.dot(corner - receiver.origin) <= 0.0)
 }
 
-/// Whether a whole cell faces away from the light: judged at its centre and its corners, since the centre alone is wrong
-/// for large fragments on curved surfaces.
+/// True if a whole cell faces away from the light: tested at its centre and its corners, since the centre
+/// alone is wrong for large fragments on curved surfaces.
 pub(super) fn cell_faces_away(frame: &Frame, light: &AreaLight, level: u8, x: u32, y: u32) -> bool {
     let gbuffer = frame.gbuffer;
     let rect = cell_rect(gbuffer, level, x, y);

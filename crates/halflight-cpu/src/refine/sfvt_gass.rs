@@ -1,4 +1,5 @@
-//! SFVT + GASS (Koa17 §3.3–3.4): fragments are tested inside themselves and split where the sub-fragments' masks differ.
+//! SFVT + GASS (Koa17 §3.3–3.4): fragments are tested at sub-fragments and split where the sub-fragments'
+//! masks differ.
 
 use halflight_core::fragment::{Fragments, Sample};
 use halflight_core::frame::Frame;
@@ -14,30 +15,33 @@ use super::representative::{
 };
 use super::{GeometryThresholds, Pending, quarter, trace_pixels};
 
-/// Constants of Koa17. Bit counts are for masks of 16 samples a quadrant and scale with longer ones.
+/// Options of [`SfvtGass`]. Bit counts are for masks of 16 samples per quadrant and scale with longer ones.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SfvtGassConfig {
     /// Level of the coarsest fragments: 7, that is 128 × 128 pixels (§3.3.1).
     pub coarsest_level: u8,
-    /// When geometry alone splits a fragment.
+    /// Thresholds at which geometry alone splits a fragment.
     pub geometry: GeometryThresholds,
-    /// Finest level that a depth break still splits, to keep glancing angles from refining everywhere: fragments of
-    /// this level or below are left to curvature and visibility. 1, that is 2 × 2 pixels (§3.2.1).
+    /// Finest level that a depth discontinuity still splits, to keep glancing angles from refining
+    /// everywhere: fragments of this level or below are left to curvature and visibility. 1, that is 2 × 2
+    /// pixels (§3.2.1).
     pub depth_finest_level: u8,
-    /// From this level on a fragment is tested at 16 sub-fragments instead of 4 (§3.3.1, N = 5).
+    /// Level from which on a fragment is tested at 16 sub-fragments instead of 4 (§3.3.1, N = 5).
     pub sixteen_from_level: u8,
-    /// A fragment of levels 0–2 is split when more bits than this differ between its quadrants: 2 (§3.3.1).
+    /// Number of differing bits between quadrants above which a fragment of levels 0–2 is split: 2 (§3.3.1).
     pub fine_threshold: u32,
-    /// The same for levels ≥ 3: 1 (§3.3.1; Koa16 has 1 everywhere).
+    /// Number of differing bits between quadrants above which a fragment of levels ≥ 3 is split: 1 (§3.3.1;
+    /// Koa16 has 1 everywhere).
     pub coarse_threshold: u32,
-    /// Split at exactly the threshold as well. "Higher than" (§3.3.4) means more, and "8.25 %" fits neither.
+    /// True if exactly the threshold splits as well. "Higher than" (§3.3.4) means more, and "8.25 %" fits
+    /// neither.
     pub inclusive: bool,
-    /// Quadrants whose masks differ in more bits than this are split two levels down: 7 (§3.3.5; Koa16: 4).
+    /// Number of differing bits above which two quadrants are split two levels down: 7 (§3.3.5; Koa16: 4).
     pub gradient_threshold: u32,
-    /// Write 0 where no sub-fragment sees any light (§3.3.6).
+    /// True if fragments get the value 0 when no sub-fragment sees any light (§3.3.6).
     pub dark_culling: bool,
-    /// Add three level-0 samples to every stable fragment above level 2 (§3.4).
+    /// True if every stable fragment above level 2 gets three additional level-0 samples (§3.4).
     pub additional_samples: bool,
 }
 
@@ -59,44 +63,45 @@ impl Default for SfvtGassConfig {
 }
 
 impl SfvtGassConfig {
-    /// The pattern of one quadrant: a quarter of the samples of a full mask (K = 16 of 64 in the paper), at least 4.
+    /// Pattern of one quadrant: a quarter of the samples of a full mask (K = 16 of 64 in the paper), at least
+    /// 4.
     pub fn quadrant_pattern(full: Pattern) -> Pattern {
         let quarter = (full.len() / 4).max(4);
         Pattern::with_count(full.kind, quarter).unwrap_or(full)
     }
 }
 
-/// The refiner of Koa17.
+/// Refiner of Koa17.
 #[derive(Clone, Debug, Default)]
 pub struct SfvtGass {
     config: SfvtGassConfig,
-    /// Cells to look at, by level.
+    /// Cells to process, by level.
     pending: Vec<Vec<Pending>>,
-    /// Cells of the level in work that geometry leaves whole.
+    /// Cells of the current level that geometry does not split.
     tested: Vec<Pending>,
     verdicts: Vec<Verdict>,
     /// Pixels of level-0 fragments and additional samples, in the order of their queries.
     finals: Vec<u32>,
 }
 
-/// What the masks of a fragment say.
+/// Result of a fragment's masks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
-    /// Every ray was blocked: value 0, as its masks say, and no additional samples.
+    /// All rays were blocked: value 0, and no additional samples.
     Dark,
-    /// Keep it, with its masks.
+    /// Kept, with its masks.
     Stable,
-    /// Split; bit q says that quadrant q goes two levels down.
+    /// Split; bit q is set if quadrant q goes two levels down.
     Split(u8),
 }
 
 impl SfvtGass {
-    /// A refiner with these constants.
+    /// Creates a refiner with these options.
     pub fn new(config: SfvtGassConfig) -> Self {
         Self { config, ..Self::default() }
     }
 
-    /// Splits by geometry, drops empty cells, writes culled ones; what is left is in `tested`.
+    /// Splits cells by geometry, drops empty ones and writes culled ones; `tested` holds the remaining ones.
     fn classify(&mut self, frame: &Frame, light: u32, level: u8, fragments: &mut Fragments) {
         self.tested.clear();
         let cells = std::mem::take(&mut self.pending[usize::from(level)]);
@@ -114,7 +119,7 @@ impl SfvtGass {
                 self.tested.push(cell);
             }
         }
-        // Handed back for its memory.
+        // Returned to keep its memory.
         self.pending[usize::from(level)] = cells;
         self.pending[usize::from(level)].clear();
     }
@@ -126,7 +131,8 @@ impl SfvtGass {
         }
     }
 
-    /// Asks for the masks of all tested fragments of a level and returns the batch with `slots` queries a fragment.
+    /// Traces the masks of all tested fragments of a level and returns the batch, with `slots` queries per
+    /// fragment.
     fn test(
         &self,
         frame: &Frame,
@@ -151,7 +157,7 @@ impl SfvtGass {
                 let size = 1u32 << level;
                 let fragment = hash::fold(u32::from(level) << 16 | cell.y, cell.x);
                 for (slot, (query, wanted)) in queries.iter_mut().zip(wanted.chunks_mut(words)).enumerate() {
-                    // Slots go quadrant by quadrant; of sixteen, four to a quadrant.
+                    // Slots are ordered by quadrant; of sixteen, four belong to a quadrant.
                     let (quadrant, part) = if sixteen { (slot / 4, slot % 4) } else { (slot, 0) };
                     let (mut x, mut y) = corner(cell.x * size, cell.y * size, size / 2, quadrant);
                     let mut square = size / 2;
@@ -176,7 +182,7 @@ impl SfvtGass {
         (batch, slots)
     }
 
-    /// Judges every tested fragment by its masks.
+    /// Computes the verdicts of all tested fragments from their masks.
     fn judge(&mut self, fragments: &Fragments, batch: u16, slots: usize, level: u8) {
         let mut verdicts = std::mem::take(&mut self.verdicts);
         let verdict = |fragment| self.verdict(fragments.batch(batch), fragment, slots, level);
@@ -184,7 +190,7 @@ impl SfvtGass {
         self.verdicts = verdicts;
     }
 
-    /// Judges one fragment: the `slots` queries from `fragment * slots` on.
+    /// Verdict of one fragment, from the `slots` queries from `fragment * slots` on.
     pub(super) fn verdict(&self, batch: &MaskBatch, fragment: usize, slots: usize, level: u8) -> Verdict {
         let config = &self.config;
         let samples = batch.pattern().len() as u32;
@@ -193,7 +199,7 @@ impl SfvtGass {
         let (mut differing, mut any_visible) = (0, false);
         let mut gradient = [0u32; 4];
         for word in 0..batch.words() {
-            // Folded to one (known, visible) pair a quadrant.
+            // Reduced to one (known, visible) pair per quadrant.
             let mut quadrants = [(0u64, 0u64); 4];
             for slot in 0..slots {
                 let query = fragment * slots + slot;
@@ -205,7 +211,8 @@ impl SfvtGass {
             let lit = quadrants.iter().fold(0, |lit, &(_, visible)| lit | visible);
             let unlit = quadrants.iter().fold(0, |unlit, &(known, visible)| unlit | (known & !visible));
             any_visible |= lit != 0;
-            // The OR of all six pairwise XORs (Eq. 1, which as printed leaves A⊕C out), over bits that both sides know.
+            // The OR of all six pairwise XORs (Eq. 1, which as printed leaves A⊕C out), over bits that both
+            // sides know.
             differing += (lit & unlit).count_ones();
             for (edge, gradient) in gradient.iter_mut().enumerate() {
                 let (a, b) = (quadrants[RING[edge]], quadrants[RING[(edge + 1) % 4]]);
@@ -228,7 +235,7 @@ impl SfvtGass {
         Verdict::Split(deep)
     }
 
-    /// Carries the verdicts out: keeps, blackens or splits.
+    /// Applies the verdicts: keeps, blackens or splits.
     fn settle(
         &mut self,
         frame: &Frame,
@@ -350,7 +357,8 @@ impl Refiner for SfvtGass {
     }
 }
 
-/// Quadrants around the ring A-B-C-D, as indices of rows of two: top left, top right, bottom right, bottom left.
+/// Quadrants around the ring A-B-C-D, as indices of rows of two: top left, top right, bottom right, bottom
+/// left.
 const RING: [usize; 4] = [0, 1, 3, 2];
 
 /// Corner of quadrant `index` of a square at (x, y) whose quadrants are `half` wide.
@@ -358,14 +366,15 @@ fn corner(x: u32, y: u32, half: u32, index: usize) -> (u32, u32) {
     (x + half * (index as u32 & 1), y + half * (index as u32 >> 1))
 }
 
-/// Leaves only the samples that part `part` of a quadrant's four traces: sample k comes from the same part in all quadrants.
+/// Keeps only the samples that part `part` of a quadrant's four traces: sample k belongs to the same part in
+/// all quadrants.
 fn keep_share(pattern: Pattern, part: usize, wanted: &mut [u64]) {
     for sample in (0..pattern.len()).filter(|&sample| quarter(pattern, sample) != part) {
         wanted[sample / 64] &= !(1 << (sample % 64));
     }
 }
 
-/// The sample of a whole fragment: at the mean of the pixels that its rays started from.
+/// Sample of a whole fragment: at the mean of the pixels from which its rays started.
 fn centre_sample(frame: &Frame, fragments: &Fragments, level: u8, probes: (u16, usize, usize)) -> Sample {
     let (batch, first, count) = probes;
     let queries = &fragments.batch(batch).queries()[first..first + count];
@@ -377,7 +386,7 @@ fn centre_sample(frame: &Frame, fragments: &Fragments, level: u8, probes: (u16, 
         found += 1.0;
     }
     let (x, y) = if found > 0.0 { (x / found, y / found) } else { (0.5, 0.5) };
-    // The pixel that stands for the sample's plane is the traced one next to that mean.
+    // The sample's representative pixel is the traced one nearest to that mean.
     let nearest = queries.iter().filter(|query| query.asked > 0).min_by(|a, b| {
         let distance = |pixel: u32| {
             ((pixel % width) as f32 + 0.5 - x).powi(2) + ((pixel / width) as f32 + 0.5 - y).powi(2)
@@ -388,7 +397,7 @@ fn centre_sample(frame: &Frame, fragments: &Fragments, level: u8, probes: (u16, 
     Sample { x, y, pixel, level, probes: count as u8, batch, first: first as u32 }
 }
 
-/// A cell that no light can reach: one sample without probes.
+/// Writes a cell that no light can reach: one sample without probes.
 fn write_unlit(frame: &Frame, fragments: &mut Fragments, level: u8, x: u32, y: u32) {
     let gbuffer = frame.gbuffer;
     if let Some(pixel) = fragment_point(gbuffer, x << level, y << level, 1 << level) {

@@ -1,82 +1,88 @@
-//! How many light samples and how fine cells an error takes, judged by masks of the frame itself.
+//! Sampling plan for an error target: number of light samples and interpolation tolerance, from pilot samples
+//! of the frame.
 
 use halflight_core::mask::MaskBatch;
 use halflight_core::pattern::{Pattern, PatternKind};
 
-/// Expected squared error of a stratified estimate, over the number of neighbouring samples that differ and the inverse square
-/// of the number of samples. An edge along the strata cuts one in each row, whose sample is wrong by p(1 − p) in the mean
-/// square, a sixth over all p; an oblique one cuts more, but many of them near a corner.
+/// Estimated squared error of a stratified estimate, over the number of differing neighbouring samples and
+/// the inverse square of the number of samples. An edge along the strata cuts one in each row, whose sample
+/// is wrong by p(1 − p) in the mean square, a sixth over all p; an oblique one cuts more, but many of them
+/// near a corner.
 const NOISE: f64 = 0.12;
 
-/// What [`NOISE`] grows by, as a share, where all samples of the rarer kind lie alone: things that are thinner than a stratum
-/// hide them. Their number is then its own expected squared error, with four differing neighbours each.
+/// Relative growth of [`NOISE`] where all samples of the rarer kind are isolated: the occluders are thinner
+/// than a stratum. The number of such samples is then its own expected squared error, with four differing
+/// neighbours each.
 const ALONE: f64 = 1.1;
 
-/// Share of differing neighbours at which samples are as good as independent: foliage. Then the error falls as the number of
-/// samples, and not as its power of 1.5 as at an edge.
+/// Fraction of differing neighbours from which on samples are practically independent: foliage. The error is
+/// then inversely proportional to the number of samples, and not to its power of 1.5 as at an edge.
 const INDEPENDENT: f64 = 0.35;
 
-/// Mean square error of interpolated pixels over the square of the error threshold and the image's mean square. Measured on
-/// the bundled scenes, from 1e-3 to 4e-3.
+/// Mean squared error of interpolated pixels, over the square of the interpolation tolerance and the image's
+/// mean square. Measured on the bundled scenes, from 1e-3 to 4e-3.
 const INTERPOLATION: f64 = 2e-3;
 
-/// Greatest difference of the visible fraction that is ever interpolated over.
+/// Largest interpolation tolerance.
 const MOST_ERROR: f32 = 0.3;
 
-/// Least such difference.
+/// Smallest interpolation tolerance.
 const LEAST_ERROR: f64 = 0.01;
 
-/// Standard deviation of the visible fraction in the middle of a penumbra by the pilot samples, the power of the number of
-/// samples that it falls with, and how many times it the difference is at least.
+/// Standard deviation of the visible fraction in the middle of a penumbra with the pilot samples
+/// (`DEVIATION`), the power of the number of samples with which it falls (`DECAY`), and the least
+/// interpolation tolerance in standard deviations (`DEVIATIONS`).
 const DEVIATION: f64 = 0.02;
 const DECAY: f64 = 0.75;
 const DEVIATIONS: f64 = 2.5;
 
-/// Share of the target that is left to noise.
+/// Fraction of the error target that is left to noise.
 pub(super) const NOISE_SHARE: f64 = 0.6;
 
-/// Samples along one side of the light, fewest and most. Fewer than 16 miss too much, more than 1,024 cost more than any
-/// picture shows.
+/// Range of the number of samples along one side of the light. Fewer than 16 samples miss too much; more than
+/// 1,024 have no visible effect.
 const SIDES: std::ops::RangeInclusive<u16> = LEAST_SIDE..=32;
 const LEAST_SIDE: u16 = 4;
 
-/// Pilot samples along one side, and of what every receiver is asked where more than [`ONCE`] are due: receivers in the
-/// penumbra get these.
+/// Pilot samples along one side. Every receiver gets as many if more than [`ONCE`] are needed; then only
+/// receivers in the penumbra get all samples.
 const FIRST: u16 = 8;
 
-/// Samples along one side that every receiver is asked for at once. Those that see all of the light or none of it cost
-/// little, by packets as by beams, and a second question costs more; nor is anything missed between a few first samples.
+/// Most samples along one side that every receiver gets at once. Fully lit receivers and those in umbra cost
+/// little, by packets as by beams, and a second batch costs more. Nor is anything missed between a few first
+/// samples.
 const ONCE: u16 = 20;
 
-/// What an error target leaves to noise and to interpolation, whatever the number of light samples. The plan that is made
-/// of it on other devices is the same.
+/// Division of an error target between noise and interpolation, independent of the number of light samples.
+/// CPU and GPU derive their sampling plans from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
-    /// NMSE₂ of the masks' noise.
+    /// Noise of the masks, NMSE₂.
     pub noise: f64,
-    /// Difference of the visible fraction that is interpolated over, before noise and bounds.
+    /// Interpolation tolerance before the bounds by noise and constants are applied.
     pub interpolation: f64,
 }
 
-/// What is taken for a step, and where steps are interpolated along.
+/// Treatment of depth discontinuities: coarsest cells kept across them, and convex edges that count as such.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Steps {
-    /// Coarsest level of cells across a step that are kept.
+    /// Coarsest level of cells that are kept across a depth discontinuity.
     pub level: u8,
-    /// Cosine of the turn from which convex edges are taken for steps; below -1 for none. Where parts meet at an edge there
-    /// are grooves that are finer than a pixel and shade single ones, for which small targets leave no room.
+    /// Cosine of the angle between normals from which convex edges count as discontinuities; below -1 for
+    /// none. Where parts meet at an edge there are grooves finer than a pixel that shadow single pixels;
+    /// small targets leave no room for these errors.
     pub edge: f32,
 }
 
 impl Steps {
-    /// Those of an error target, or of a fixed error where it is 0.
+    /// Settings for an error target, or for a fixed interpolation tolerance where it is 0.
     pub fn new(target: f32) -> Self {
         let level = STEPS.iter().filter(|&&above| target <= 0.0 || target > above).count() as u8;
         Self { level, edge: if level > 0 { -2.0 } else { EDGE } }
     }
 }
 
-/// Cells of 4 × 4 pixels: thin things have no corner in larger ones.
+/// Cells of up to 4 × 4 pixels: thin objects have no corner in larger ones.
 impl Default for Steps {
     fn default() -> Self {
         Self::new(0.0)
@@ -87,17 +93,17 @@ impl Budget {
     /// Pilot samples along one side of the light.
     pub const TRIAL: u16 = FIRST;
 
-    /// Most samples along one side of the light that every receiver is asked for at once.
+    /// Most samples along one side of the light that every receiver gets at once.
     pub const ONCE: u16 = ONCE;
 
-    /// Share of the receivers in cells of a level, from 0 on, that are still to be looked at, from which on all are traced: the
-    /// finer levels and what they have to remember cost more than they save, and what is small enough to tear up so much of
-    /// the image is missed between corners as well. Of the pixels of the finer of the two levels some four fifths get masks in
-    /// the end. Chosen on atrium, nave, toys, church, tower and tree at 640 × 480: the church has 0.59 and 0.84 or more, the
-    /// others up to 0.50 and 0.72.
+    /// Fraction of the receivers in pending cells of a level, from 0 on, from which on all pixels are traced:
+    /// the finer levels and their bookkeeping cost more than they save, and geometry fine enough to break up
+    /// so much of the image is missed between corners as well. At the finer of the two levels, some four
+    /// fifths of the pixels get masks in the end. Chosen on atrium, nave, toys, church, tower and tree at 640
+    /// × 480: the church has 0.59 and 0.84 or more, the others up to 0.50 and 0.72.
     pub const DENSE: [Option<f32>; 3] = [None, Some(0.54), Some(0.77)];
 
-    /// The shares of an NMSE₂.
+    /// Divides an error target, NMSE₂.
     pub fn new(target: f32) -> Self {
         let target = f64::from(target);
         Self {
@@ -106,43 +112,45 @@ impl Budget {
         }
     }
 
-    /// Difference of the visible fraction that is interpolated over, with so many samples along a side.
+    /// Interpolation tolerance with `side` samples along a side of the light.
     pub fn error(&self, side: u16) -> f32 {
         (self.interpolation as f32).clamp(Self::least(side), MOST_ERROR)
     }
 
-    /// Least such difference: below the masks' own noise, pixels are no better than what they replace.
+    /// Least interpolation tolerance: below the masks' own noise, pixels are no better than the values they
+    /// replace.
     pub fn least(side: u16) -> f32 {
         let deviation = DEVIATION * (f64::from(FIRST * FIRST) / f64::from(side * side)).powf(DECAY);
         (DEVIATIONS * deviation).clamp(LEAST_ERROR, f64::from(MOST_ERROR)) as f32
     }
 }
 
-/// What an error takes.
+/// Sampling plan for an error target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SamplingPlan {
-    /// Samples for every receiver.
+    /// Pattern for every receiver.
     pub(super) first: Pattern,
-    /// Samples for receivers that see part of the light.
+    /// Pattern for receivers that see part of the light.
     pub(super) full: Pattern,
-    /// Difference of the visible fraction that is interpolated over where the light is as strong as in the mean.
+    /// Interpolation tolerance where the light has mean strength.
     pub(super) error: f32,
-    /// Least such difference, wherever: below, pixels are no better than what they replace.
+    /// Least interpolation tolerance: below, pixels are no better than the values they replace.
     least: f32,
-    /// Samples for every receiver where nothing is interpolated.
+    /// Pattern for every receiver if nothing is interpolated.
     every: Pattern,
-    /// Mean square of the irradiance per radiance; 0 for one tolerance everywhere.
+    /// Mean square of the irradiance per radiance; 0 for the same tolerance everywhere.
     pub(super) energy: f64,
 }
 
-/// Targets above which cells of level 1 and 2 are kept across steps: three times what these hide from their corners as an
-/// NMSE₂, measured on the halls. Coarser ones are never kept.
+/// Error targets above which cells of level 1 and 2 are kept across depth discontinuities: three times the
+/// NMSE₂ of shadows that such cells miss between their corners, measured on the halls. Coarser ones are never
+/// kept.
 const STEPS: [f32; 2] = [3e-5, 9e-5];
 
-/// Cosine of the turn at an edge: 37°. Round things turn less from pixel to pixel.
+/// Cosine of the angle between normals at a convex edge: 37°. Round objects turn less from pixel to pixel.
 const EDGE: f32 = 0.8;
 
-/// Until a frame sets it.
+/// Initial plan, until a frame sets one.
 impl Default for SamplingPlan {
     fn default() -> Self {
         Self::pilot(PatternKind::Jittered, 0.05)
@@ -150,23 +158,24 @@ impl Default for SamplingPlan {
 }
 
 impl SamplingPlan {
-    /// The same samples for all.
+    /// Plan with one pattern for all receivers.
     pub(super) fn fixed(pattern: Pattern, error: f32) -> Self {
         Self { first: pattern, full: pattern, error, least: error, every: pattern, energy: 0.0 }
     }
 
-    /// Returns the plan of the pilot samples, from which the sampling plan is made.
+    /// Plan of the pilot samples, from which the final plan is made.
     pub(super) fn pilot(kind: PatternKind, error: f32) -> Self {
         Self::fixed(square(kind, FIRST), error)
     }
 
-    /// Returns the plan that reaches an NMSE₂, by the pilot samples of receivers spread evenly over the image.
+    /// Plan that reaches an error target (NMSE₂), by the pilot samples of receivers that are evenly
+    /// distributed over the image.
     pub(super) fn reach(target: f32, kind: PatternKind, pilot: &[PilotSample]) -> Self {
         let budget = Budget::new(target);
         let energy: f64 = pilot.iter().map(PilotSample::energy).sum();
         let noisy: Vec<&PilotSample> = pilot.iter().filter(|one| one.variance > 0.0).collect();
         let noise = |side: u16| noisy.iter().map(|one| one.noise_with(side)).sum::<f64>();
-        // More samples never have more noise.
+        // The noise decreases with the number of samples.
         let side_for = |error: f64| {
             let (mut low, mut high) = (*SIDES.start(), *SIDES.end());
             while low < high {
@@ -186,13 +195,13 @@ impl SamplingPlan {
         }
     }
 
-    /// Returns the plan with one tolerance, however strong the light is.
+    /// Plan with one tolerance, independent of the strength of the light.
     pub(super) fn alike_everywhere(&self) -> Self {
         Self { energy: 0.0, ..*self }
     }
 
-    /// Difference of the visible fraction that is interpolated over where the unshadowed irradiance per radiance is as given:
-    /// what counts is the difference of the irradiance.
+    /// Interpolation tolerance at a given unshadowed irradiance per radiance: the error of the irradiance is
+    /// the relevant one.
     #[inline]
     pub(super) fn tolerance(&self, unshadowed: f32) -> f32 {
         if self.energy <= 0.0 {
@@ -202,16 +211,17 @@ impl SamplingPlan {
         (self.error * weaker).clamp(self.least, MOST_ERROR.max(self.least))
     }
 
-    /// The share of [`Budget::DENSE`], where it counts.
+    /// Fraction of [`Budget::DENSE`], where it applies.
     pub(super) fn dense_share(&self, level: u8) -> Option<f32> {
-        // Foliage: what counts there is how many receivers see part of the light, and interpolation saves most of them.
+        // In foliage the number of receivers that see part of the light decides, and interpolation saves most
+        // of them.
         if self.every.columns > ONCE {
             return None;
         }
         Budget::DENSE.get(usize::from(level)).copied().flatten()
     }
 
-    /// The same without interpolation. Receivers are asked twice only where that saves more than it costs.
+    /// Plan without interpolation. Receivers are traced twice only where that saves more than it costs.
     pub(super) fn every_pixel(&self) -> Self {
         let once = self.every.columns <= ONCE;
         Self {
@@ -221,10 +231,10 @@ impl SamplingPlan {
         }
     }
 
-    /// Returns the plan with more samples for receivers that see part of the light, so that `goal` is left of `noise`; none where that
-    /// takes more than there can be.
+    /// Plan with more samples for receivers that see part of the light, which reduces `noise` to `goal`; none
+    /// if that takes more samples than possible.
     pub(super) fn raised(&self, noise: f64, goal: f64) -> Option<Self> {
-        // Between edges and foliage.
+        // Exponent between those of edges and of foliage.
         let sides = f64::from(self.full.columns) * (noise / goal).powf(0.4);
         let side = sides.ceil() as u16;
         let full = square(self.full.kind, side);
@@ -250,7 +260,7 @@ pub(super) struct PilotSample {
     pub(super) fraction: f32,
     /// Expected squared error of the fraction.
     pub(super) variance: f32,
-    /// Share of neighbouring samples that differ.
+    /// Fraction of differing neighbouring samples.
     pub(super) disagreement: f32,
 }
 
@@ -267,7 +277,7 @@ impl PilotSample {
     }
 }
 
-/// Which samples of a pattern are neighbours.
+/// Neighbourhood of samples in a pattern.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Neighbours {
     columns: usize,
@@ -285,8 +295,8 @@ impl Neighbours {
         Self { columns, inner }
     }
 
-    /// Expected squared error of the visible fraction that a query's mask gives, and the share of neighbouring samples that
-    /// differ.
+    /// Expected squared error of the visible fraction that a query's mask gives, and the fraction of
+    /// differing neighbouring samples.
     pub(super) fn variance(&self, batch: &MaskBatch, query: usize) -> (f32, f32) {
         let (wanted, visible) = (batch.wanted(query), batch.visible(query));
         let (mut lit, mut count) = (0, 0);
@@ -314,13 +324,13 @@ impl Neighbours {
     }
 }
 
-/// How much of the samples of the rarer kind lies alone, 0 … 1, by how many neighbours differ: at most four of each, and one
-/// of each along the edges of larger groups.
+/// Fraction of the samples of the rarer kind that are isolated, 0 … 1, from the number of differing
+/// neighbours: at most four of each sample, and one of each along the edges of larger groups.
 fn alone(differ: f64, rarer: f64) -> f64 {
     ((differ / rarer - 1.0) / 3.0).clamp(0.0, 1.0)
 }
 
-/// A word of a mask whose samples are those `by` places on, up to 64.
+/// Word of a mask shifted by `by` samples, up to 64.
 fn later(words: &[u64], word: usize, by: usize) -> u64 {
     let next = words.get(word + 1).copied().unwrap_or(0);
     if by >= 64 { next } else { words[word] >> by | next << 1 << (63 - by) }
@@ -333,7 +343,7 @@ mod tests {
 
     use super::*;
 
-    /// A mask of samples left of a line, and how much of the light that is.
+    /// Mask of the samples left of a line, and the exact fraction of the light that lies there.
     fn edge(side: u16, key: u32, slope: f32, place: f32) -> (MaskBatch, f32) {
         let pattern = square(PatternKind::Jittered, side);
         let mut batch = MaskBatch::default();
@@ -380,7 +390,7 @@ mod tests {
                 batch.reset(0, pattern, Purpose::Final);
                 batch.push(Vec3::ZERO, Vec3::Y, 0, key, None);
                 let (parts, mut seen) = (batch.parts(), 0);
-                // Two bars of a hundredth each that lie askew.
+                // Two oblique bars of a hundredth each.
                 let (width, place) = (0.01, 0.2 + 0.5 * key as f32 / 4000.0);
                 for index in 0..pattern.len() {
                     let at = pattern.position(index, key);
@@ -442,18 +452,18 @@ mod tests {
         assert_eq!(fine.full.len(), 64);
         assert!(finest.full.len() > 256 && finest.first.len() == 64);
         assert!(coarse.error > fine.error && fine.error > finest.error);
-        // Foliage takes more for the same.
+        // Foliage needs more samples for the same target.
         let disagreement: Vec<PilotSample> =
             pilot.iter().map(|one| PilotSample { disagreement: 0.5, ..*one }).collect();
         assert!(
             SamplingPlan::reach(1e-5, PatternKind::Jittered, &disagreement).full.len()
                 > reach(1e-5).full.len()
         );
-        // Edges are steps where even pixels at steps are too much.
+        // Edges are discontinuities for targets that keep no cell across discontinuities.
         assert!([0.0, 1e-3, 1e-4, 4e-5].iter().all(|&target| Steps::new(target).edge < -1.0));
         assert_eq!([0.0, 1e-4, 4e-5, 2e-5].map(|target| Steps::new(target).level), [2, 2, 1, 0]);
         assert!([3e-5, 1e-5].iter().all(|&target| Steps::new(target) == Steps { level: 0, edge: EDGE }));
-        // Darkness takes nothing.
+        // A dark image needs the fewest samples.
         assert_eq!(SamplingPlan::reach(1e-4, PatternKind::Jittered, &[]).full.len(), 16);
     }
 }

@@ -1,4 +1,4 @@
-//! What refiners decide, on masks and images made by hand.
+//! Decisions of refiners on synthetic masks and images.
 
 use glam::Vec3;
 use halflight_core::fragment::{Fragments, Sample};
@@ -18,7 +18,7 @@ use crate::irradiance::{self, Shading};
 
 const SIXTEEN: Pattern = Pattern { kind: PatternKind::Grid, columns: 4, rows: 4 };
 
-/// A floor that fills the image, under a square light.
+/// Floor that fills the image, under a square light.
 struct Floor {
     scene: Scene,
     gbuffer: GBuffer,
@@ -80,7 +80,7 @@ impl Floor {
     }
 }
 
-/// Visibility painted on the image: the mask that each pixel sees.
+/// Synthetic visibility: a function gives the mask of each pixel.
 struct Painted<F> {
     seen: F,
     rays: u64,
@@ -88,7 +88,7 @@ struct Painted<F> {
 
 impl<F: Fn(u32, u32) -> u64 + Send> Visibility for Painted<F> {
     fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
-        // As the pipeline does before it asks a backend.
+        // Horizon culling, as in the pipeline before a backend is called.
         crate::horizon::cull(frame.light(batch.light()), batch);
         let words = batch.words();
         let (queries, wanted, visible) = batch.slots_mut();
@@ -103,7 +103,7 @@ impl<F: Fn(u32, u32) -> u64 + Send> Visibility for Painted<F> {
     }
 }
 
-/// The verdict on one fragment whose quadrants have these masks.
+/// Verdict on one fragment whose quadrants have these masks.
 fn verdict(config: SfvtGassConfig, level: u8, masks: [u16; 4]) -> Verdict {
     let mut fragments = Fragments::default();
     fragments.reset(8, 8, 0);
@@ -124,14 +124,14 @@ fn a_fragment_splits_when_more_bits_differ_than_the_threshold() {
     assert_eq!(verdict(paper, 2, [0; 4]), Verdict::Dark);
     assert_eq!(verdict(SfvtGassConfig { dark_culling: false, ..paper }, 2, [0; 4]), Verdict::Stable);
     assert_eq!(verdict(paper, 2, [all; 4]), Verdict::Stable);
-    // Two bits, one of them only between the diagonal quadrants A and D: level 2 bears two, level 3 one.
+    // Two bits, one of them only between the diagonal quadrants A and D: level 2 tolerates two, level 3 one.
     let two = [all, all ^ 1, all, all ^ 2];
     assert_eq!(verdict(paper, 2, two), Verdict::Stable);
     assert_eq!(verdict(inclusive, 2, two), Verdict::Split(0));
     assert_eq!(verdict(paper, 3, two), Verdict::Split(0));
     assert_eq!(verdict(paper, 3, [all, all ^ 1, all, all]), Verdict::Stable);
     assert_eq!(verdict(inclusive, 3, [all, all ^ 1, all, all]), Verdict::Split(0));
-    // Equal masks of a penumbra are stable, however few samples they see.
+    // Equal masks of a penumbra are stable, however few samples are visible.
     assert_eq!(verdict(paper, 4, [0x0f0f; 4]), Verdict::Stable);
 }
 
@@ -145,7 +145,7 @@ fn steep_gradients_split_both_their_quadrants_two_levels_down() {
         Verdict::Split(0),
         "seven bits are not above seven"
     );
-    // Only A differs steeply: A-B and A-C are steep, D stays.
+    // Only A differs strongly: A-B and A-C are steep, D stays.
     assert_eq!(verdict(paper, 3, [0x00ff, 0xffff, 0xffff, 0xffff]), Verdict::Split(0b0111));
     let koa16 = SfvtGassConfig { gradient_threshold: 4, coarse_threshold: 1, fine_threshold: 1, ..paper };
     assert_eq!(verdict(koa16, 3, [0xffff, 0xff80, 0xffff, 0xff80]), Verdict::Split(0b1111));
@@ -175,7 +175,7 @@ fn fragments_are_evaluated_right_of_and_below_their_centre() {
     // The centre of a clipped fragment is clamped into the image.
     assert_eq!(fragment_point(&gbuffer, 8, 4, 8), at(&gbuffer, 9, 5));
     assert_eq!(fragment_point(&gbuffer, 10, 0, 2), None);
-    // No receiver at the centre: the nearest one of the square, or none.
+    // Centre without a receiver: the nearest one of the square, or none.
     for (x, y) in [(2, 2), (1, 2), (2, 1), (3, 2), (2, 3)] {
         let pixel = gbuffer.index(x, y);
         gbuffer.primitive[pixel] = NO_PRIMITIVE;
@@ -239,7 +239,7 @@ fn culled_fragments_hold_no_probes() {
             <crate::config::RefinerConfig as crate::config::Named>::named(name).unwrap().stage();
         let (fragments, rays) = floor.refine(refiner.as_mut(), |_, _| u64::MAX);
         assert_eq!(rays, 0, "{name}");
-        // The lattice asks at its corners to find out.
+        // The lattice traces its corners in any case.
         let empty = |sample: &Sample| sample.probes == 0 || name == "lattice";
         assert!(fragments.samples().iter().all(empty) && !fragments.cells().is_empty());
     }
@@ -250,7 +250,7 @@ fn first(count: u32) -> u64 {
     if count >= 64 { u64::MAX } else { (1 << count) - 1 }
 }
 
-/// Visible fraction by pixel, where it is known.
+/// Visible fraction of each pixel, where it is known.
 fn fractions(floor: &Floor, fragments: &Fragments) -> Vec<Option<f32>> {
     let mut known = vec![None; floor.gbuffer.pixels()];
     for sample in fragments.samples() {
@@ -275,7 +275,7 @@ fn the_lattice_shares_corners_and_refines_what_it_cannot_predict() {
     let floor = Floor::new(256, 128);
     let coarse = LatticeConfig { coarsest_level: 4, ..LatticeConfig::default() };
     let (open, rays) = floor.refine(&mut Lattice::new(coarse), |_, _| u64::MAX);
-    // One corner a cell of 16², and one more a row and a column, in the image's last pixels.
+    // One corner per cell of 16², and one more per row and column, in the image's last pixels.
     assert_eq!((open.cells().len(), open.samples().len(), rays), (16 * 8, 17 * 9, 17 * 9 * 64));
     fractions(&floor, &open);
 
@@ -284,13 +284,13 @@ fn the_lattice_shares_corners_and_refines_what_it_cannot_predict() {
     assert_eq!((levels[100], levels[50], levels[200]), (0, 4, 4));
     fractions(&floor, &edge);
 
-    // A penumbra of 128 pixels: 16 of them differ by an eighth and are not trusted at once, but as they predict what lies
-    // between them, 8 are.
+    // A penumbra of 128 pixels: corners 16 pixels apart differ by an eighth, more than the tolerance. They
+    // predict the values between them, so cells of 8 pixels are kept.
     let ramp = |x: u32, _: u32| first((x / 2).saturating_sub(32));
     let (penumbra, _) = floor.refine(&mut Lattice::new(coarse), ramp);
     let levels = levels_of_row(&floor, &penumbra, 64);
     assert_eq!((levels[10], levels[100], levels[150], levels[240]), (4, 3, 3, 4));
-    // Without any tolerance every pixel that differs from its neighbours is traced.
+    // With a tolerance of 0 every pixel that differs from its neighbours is traced.
     let exact = LatticeConfig { error: 0.0, ..coarse };
     let (penumbra, _) = floor.refine(&mut Lattice::new(exact), ramp);
     assert!(levels_of_row(&floor, &penumbra, 64)[66..190].iter().all(|&level| level <= 1));
@@ -300,18 +300,18 @@ fn the_lattice_shares_corners_and_refines_what_it_cannot_predict() {
 fn where_most_pixels_would_be_traced_all_are() {
     let floor = Floor::new(128, 64);
     let config = LatticeConfig { target: 1e-4, ..LatticeConfig::default() };
-    // Pixels that have nothing to do with their neighbours, and see all of the light or nothing: 16 samples will do.
+    // Pixels independent of their neighbours that are fully lit or in umbra: 16 samples suffice.
     let disagreement = |x: u32, y: u32| if ((x * 7919) ^ (y * 104_729)) % 97 < 48 { u64::MAX } else { 0 };
     let (fragments, rays) = floor.refine(&mut Lattice::new(config), disagreement);
     assert_eq!((fragments.cells().len(), fragments.samples().len()), (128 * 64, 128 * 64));
-    // The trial took 64 at one corner a cell of 8².
+    // The pilot samples: 64 at one corner per cell of 8².
     let trial = 17 * 9;
     assert_eq!(rays, trial * 64 + (128 * 64 - trial) * 16);
     for (pixel, fraction) in fractions(&floor, &fragments).into_iter().enumerate() {
         let seen = disagreement(pixel as u32 % 128, pixel as u32 / 128) != 0;
         assert_eq!(fraction, Some(if seen { 1.0 } else { 0.0 }), "pixel {pixel}");
     }
-    // A shadow of a sixth of the image is not worth that.
+    // A shadow over a sixth of the image is not dense enough to trace every pixel.
     let (fragments, _) =
         floor.refine(&mut Lattice::new(config), |x, y| if x < 40 { disagreement(x, y) } else { u64::MAX });
     assert!(fragments.cells().iter().any(|cell| cell.level == 3));
@@ -320,7 +320,7 @@ fn where_most_pixels_would_be_traced_all_are() {
 #[test]
 fn fractions_that_are_known_are_those_of_the_masks() {
     let mut floor = Floor::new(128, 64);
-    // Some look away from the light and have no fraction.
+    // Some face away from the light and have no fraction.
     floor.gbuffer.normal[..128 * 9].fill(-Vec3::Y);
     let ramp = |x: u32, y: u32| first((x + y % 7).saturating_sub(32));
     let disagreement = |x: u32, y: u32| if ((x * 7919) ^ (y * 104_729)) % 97 < 48 { 0xff } else { u64::MAX };
@@ -337,7 +337,7 @@ fn fractions_that_are_known_are_those_of_the_masks() {
             let known = &known[..];
             assert!(known.iter().any(|fraction| fraction.is_nan()) && known.contains(&1.0));
             assert_eq!(values(Shading::Ratio, known), values(Shading::Ratio, &[]), "{target}");
-            // They are indeed taken, as far as they go, and for nothing else.
+            // The values are used where they apply, and nowhere else.
             let wrong = [0.25; 40];
             let taken = values(Shading::Ratio, &wrong);
             assert!(taken[..40].iter().all(|&value| value == Some(0.25)));
@@ -350,7 +350,7 @@ fn fractions_that_are_known_are_those_of_the_masks() {
 #[test]
 fn a_thin_shadow_that_one_cell_finds_is_followed() {
     let floor = Floor::new(256, 128);
-    // A wire's shadow between the corners of all cells, which one broader spot gives away.
+    // A wire's shadow between the corners of all cells, which one broader spot reveals.
     let wire = |x: u32, y: u32| if y == 37 || (x < 20 && y > 30 && y < 37) { 0 } else { u64::MAX };
     let (fragments, rays) = floor.refine(&mut Lattice::default(), wire);
     assert!(levels_of_row(&floor, &fragments, 37).iter().all(|&level| level == 0));
@@ -362,7 +362,7 @@ fn a_thin_shadow_that_one_cell_finds_is_followed() {
 #[test]
 fn no_crack_between_levels_is_wider_than_the_error() {
     let floor = Floor::new(200, 150);
-    // Rings of penumbrae of many widths.
+    // Penumbra rings of many widths.
     let rings = |x: u32, y: u32| {
         let (dx, dy) = (x as f32 - 70.0, y as f32 - 90.0);
         let distance = (dx * dx + dy * dy).sqrt();
@@ -388,7 +388,7 @@ fn no_crack_between_levels_is_wider_than_the_error() {
             }
         }
     }
-    // Rounding of the interpolation on top.
+    // Tolerance, plus rounding of the interpolation.
     assert!(checked > 500 && worst <= config.error + 1e-6, "{checked} {worst}");
     assert!(worst > 0.5 * config.error, "nothing to see: {worst}");
 }
@@ -406,7 +406,7 @@ fn cells_split_where_surfaces_may_shade_each_other_and_where_the_light_sets() {
         let levels = levels_of_row(&floor, &fragments, 9);
         (levels[0], levels[36], levels[37], levels[63])
     };
-    // A table far above the floor: each has its own corners, whatever the other one sees.
+    // A table far above the floor: each has its own corners, whatever the other's visibility.
     let table = |gbuffer: &mut GBuffer, pixel: usize| gbuffer.position[pixel].y -= 1.0;
     assert_eq!(levels(&table, u64::MAX), (3, 2, 2, 3));
     assert_eq!(levels(&table, 0), (3, 2, 2, 3));
@@ -417,14 +417,14 @@ fn cells_split_where_surfaces_may_shade_each_other_and_where_the_light_sets() {
         (position.x, position.y) = (36.5 / 64.0 - 1.0, (pixel % 64) as f32 / 64.0 - 36.5 / 64.0);
     };
     assert_eq!(levels(&wall, u64::MAX), (3, 0, 0, 3));
-    // A slope that leans away from it: all of the light is before both.
+    // A slope that leans away from it: all of the light is in front of both.
     let slope = |gbuffer: &mut GBuffer, pixel: usize| {
         gbuffer.normal[pixel] = Vec3::new(-0.6, 0.8, 0.0);
         let position = &mut gbuffer.position[pixel];
         position.y = (position.x - (36.5 / 64.0 - 1.0)) * 0.6 / 0.8;
     };
     assert_eq!(levels(&slope, u64::MAX), (3, 2, 2, 3));
-    // Its own back, on the same plane.
+    // The back of the surface, in the same plane.
     assert_eq!(
         levels(&|gbuffer: &mut GBuffer, pixel: usize| gbuffer.normal[pixel] = -Vec3::Y, u64::MAX),
         (3, 0, 0, 3)

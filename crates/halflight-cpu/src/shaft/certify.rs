@@ -1,4 +1,4 @@
-//! What a shaft and the triangles in it say about all receivers of a region at once.
+//! Certificates for regions: facts about all receivers of a region, from a shaft and the triangles in it.
 
 use glam::{DVec3, Vec3};
 use halflight_core::certificate::{Certificate, Region};
@@ -10,19 +10,21 @@ use crate::bvh::Bvh;
 use crate::pool::Pool;
 use crate::simd::{Isa, Kernel, Simd};
 
-/// Triangles in a shaft beyond which nothing is tried: the region is too large for what is there.
+/// Most triangles in a shaft for which certification is attempted: with more, the region is too large for its
+/// occluders.
 const MOST: usize = 64;
 
-/// Triangles that are tried as one that covers the whole shaft: where there are more, a single one seldom does.
+/// Most triangles of a shaft for which each is tested as an occluder of the whole shaft: among more, a single
+/// one seldom covers it.
 const COVERS: usize = 16;
 
-/// Proves things about regions.
+/// Computes certificates of regions.
 #[derive(Debug, Default)]
 pub(crate) struct Certifier {
     pool: Pool<Work>,
 }
 
-/// Working memory for one region after another.
+/// Working memory that is reused from region to region.
 #[derive(Default)]
 struct Work {
     list: List,
@@ -31,7 +33,7 @@ struct Work {
 }
 
 impl Certifier {
-    /// Writes one proof a region.
+    /// Writes one certificate per region.
     pub(crate) fn certify(
         &self,
         bvh: &Bvh,
@@ -47,7 +49,7 @@ impl Certifier {
     }
 }
 
-/// A try at one region.
+/// Certification of one region.
 struct Attempt<'a> {
     work: &'a mut Work,
     bvh: &'a Bvh,
@@ -61,7 +63,7 @@ impl Kernel for Attempt<'_> {
     #[inline(always)]
     fn run<S: Simd>(self) -> Certificate {
         let Self { work: Work { list, waiting, edges }, bvh, light, region } = self;
-        // What is no number is open.
+        // NaN and infinite bounds give no certificate.
         if !(region.low.cmple(region.high).all() && region.low.is_finite() && region.high.is_finite()) {
             return Certificate::Open;
         }
@@ -94,21 +96,21 @@ impl Kernel for Attempt<'_> {
     }
 }
 
-/// How far shadows move on the light when a receiver moves through a region.
+/// Bounds on how far shadows move on the light when a receiver moves through a region.
 struct Sweep {
     corner: DVec3,
     normal: DVec3,
-    /// A point of the light's plane has coordinates 0 … 1 on the light, by its products with these.
+    /// Vectors whose products with a point of the light's plane are its coordinates 0 … 1 on the light.
     dual: [DVec3; 2],
     middle: DVec3,
     /// Height of the lowest receiver above the light's plane.
     lowest: f64,
-    /// How far receivers lie apart, over the cosine of the flattest way to the light.
+    /// Diameter of the region, over the cosine of the flattest direction to the light.
     apart: f64,
 }
 
 impl Sweep {
-    /// `None` where the light's plane crosses the region.
+    /// Sweep of a region; `None` where the light's plane crosses the region.
     fn new(light: &AreaLight, region: &Region) -> Option<Self> {
         let (low, high) = (region.low.as_dvec3(), region.high.as_dvec3());
         let (corner, u, v) = (light.corner.as_dvec3(), light.edge_u.as_dvec3(), light.edge_v.as_dvec3());
@@ -131,15 +133,16 @@ impl Sweep {
         })
     }
 
-    /// The share of the light that an edge can pass over; infinite where it comes as near the light's plane as receivers
-    /// or lies on both its sides.
+    /// Fraction of the light's area that the shadow of an edge can sweep over. Infinite where the edge is as
+    /// near to the light's plane as receivers are, or lies on both sides of it.
     fn area(&self, from: DVec3, to: DVec3) -> f64 {
         let height = |point: DVec3| self.normal.dot(point - self.corner).max(0.0);
         let farther = height(from).max(height(to));
         if farther >= self.lowest * 0.999 {
             return f64::INFINITY;
         }
-        // A shadow's edge moves as the far end of a lever that turns about the occluder's.
+        // The shadow of a point moves against the receiver's motion, scaled by the ratio of the distances
+        // occluder–light and receiver–occluder.
         let moved = self.apart * farther / (self.lowest - farther);
         let shadow = |point: DVec3| {
             let (there, here) = (height(point), self.normal.dot(self.middle - self.corner));
@@ -152,12 +155,12 @@ impl Sweep {
     }
 }
 
-/// An edge of a triangle in the shaft.
+/// Edge of a triangle in the shaft.
 struct Edge {
-    /// Its ends as bits, in one order for both directions.
+    /// End points as bits, in an order that does not depend on the edge's direction.
     ends: [[u32; 3]; 2],
     points: [DVec3; 2],
-    /// The triangle's other corner.
+    /// Third corner of the triangle.
     other: DVec3,
     area: f64,
 }
@@ -169,15 +172,16 @@ impl Edge {
         Self { ends: [bits(p), bits(q)], points: [p.as_dvec3(), q.as_dvec3()], other: other.as_dvec3(), area }
     }
 
-    /// Six times the volume of the tetrahedron of a point and the triangle: its sign says on which side of the edge the
-    /// point sees the triangle.
+    /// Six times the signed volume of the tetrahedron of a point and the triangle: its sign is the side of
+    /// the edge on which the triangle appears from the point.
     fn volume(&self, ends: &[DVec3; 2], from: DVec3) -> f64 {
         (ends[0] - from).cross(ends[1] - from).dot(self.other - from)
     }
 }
 
-/// The share of the light by which what all triangles hide can differ between receivers: what the edges of their union pass
-/// over. An edge that two triangles share and that all receivers see them on both sides of is none of these.
+/// Bound on the difference of the hidden fraction of the light between receivers: the area that the edges of
+/// the triangles' union sweep over. An edge shared by two triangles does not count if all receivers see the
+/// triangles on both sides of it.
 fn bound(edges: &mut [Edge], region: &Region) -> f64 {
     edges.sort_unstable_by(|a, b| a.ends.cmp(&b.ends).then(a.area.total_cmp(&b.area)));
     let corners: [DVec3; 8] = std::array::from_fn(|corner| {
@@ -187,7 +191,7 @@ fn bound(edges: &mut [Edge], region: &Region) -> f64 {
     let size = corners[0].abs().max(corners[7].abs()).max_element();
     let parts = |a: &Edge, b: &Edge| {
         let scale = a.points[0].abs().max(a.points[1].abs()).max(a.other.abs()).max(b.other.abs());
-        // Volumes are linear in the receiver, so the box's corners have the extremes.
+        // Volumes are linear in the receiver's position, so their extremes are at the box's corners.
         let least = (scale.max_element() + size).powi(3) * 1e-14;
         let sign = a.volume(&a.points, corners[0]).signum();
         corners.iter().all(|&corner| {
@@ -214,7 +218,7 @@ mod tests {
     use crate::brute_force::BruteForce;
     use crate::bvh::tests::meshes::{answer, clusters, cuboid, hall, lamp, scene, soup, sphere};
 
-    /// The share of the light that each receiver sees, by 16 × 16 samples.
+    /// Visible fraction at each receiver, by 16 × 16 samples.
     fn shares(scene: &Scene, receivers: &[Vec3]) -> Vec<f32> {
         let pattern = Pattern { kind: PatternKind::Grid, columns: 16, rows: 16 };
         let mut batch = MaskBatch::default();
@@ -261,7 +265,8 @@ mod tests {
                     match proof {
                         Certificate::Lit => assert_eq!((low, high), (1.0, 1.0)),
                         Certificate::Umbra => assert_eq!((low, high), (0.0, 0.0)),
-                        // Samples count an edge across the light to within a row of 16, and a shape has two.
+                        // Samples resolve an edge across the light to within a row of 16, and a shape has two
+                        // edges.
                         Certificate::Bounded(share) => {
                             assert!(high - low <= share + 2.0 / 16.0, "{share}: {shares:?}");
                         }
@@ -275,7 +280,7 @@ mod tests {
                 }
             }
         }
-        // All kinds, and bounded ones that do vary.
+        // All kinds occur, and bounded regions whose fraction does vary.
         assert!(lit > 20 && umbra > 5 && bounded > 20 && tight > 5, "{lit} {umbra} {bounded} {tight}");
     }
 
@@ -286,7 +291,7 @@ mod tests {
         let mut proofs = Vec::new();
         let everywhere = Region { low: Vec3::NEG_INFINITY, high: Vec3::INFINITY };
         let nan = Region { low: Vec3::NAN, high: Vec3::ONE };
-        // Across the light's plane.
+        // A region across the light's plane.
         let across = Region { low: Vec3::new(3.9, 3.0, 7.9), high: Vec3::new(4.1, 4.0, 8.1) };
         Certifier::default().certify(
             &bvh,

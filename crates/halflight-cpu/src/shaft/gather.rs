@@ -1,10 +1,11 @@
-//! The triangles in a shaft.
+//! Collection of the triangles in a shaft.
 
 use super::{Hull, List};
 use crate::bvh::{Bvh, Child};
 use crate::simd::{Kernel, Simd};
 
-/// Gathers all triangles that may hide something in a hull; false if there are more than `most`.
+/// Kernel that gathers all triangles in a hull that may hide the light; returns false if there are more than
+/// `most`.
 pub(crate) struct Gather<'a> {
     pub(crate) list: &'a mut List,
     pub(crate) waiting: &'a mut Vec<u32>,
@@ -24,7 +25,7 @@ impl Kernel for Gather<'_> {
         if !bvh.nodes.is_empty() {
             waiting.push(0);
         }
-        // Boxes are many where triangles are: a walk much longer than the list it is for is given up as well.
+        // Traversal is also given up when it visits many more boxes than the list may have triangles.
         let mut visits = 4 * most;
         while let Some(child) = waiting.pop() {
             match Child::decode(child) {

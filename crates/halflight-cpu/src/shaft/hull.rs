@@ -1,4 +1,5 @@
-//! All segments between a box of receivers and a light: what lies outside can hide nothing from any of them.
+//! Convex hull of a box of receivers and a light: contains all segments between the two, and with them all
+//! occluders.
 
 use glam::{DVec3, Vec3};
 use halflight_core::light::AreaLight;
@@ -6,7 +7,8 @@ use halflight_core::light::AreaLight;
 use crate::occluder::{Block, OverLight, Vector};
 use crate::simd::{Kernel, Lanes, Simd};
 
-/// A plane along one axis: everything in the shaft has `x · first + y · second ≤ limit`, x and y along the other axes.
+/// Plane parallel to one axis: all of the shaft has `x · first + y · second ≤ limit`, x and y along the other
+/// axes.
 #[derive(Clone, Copy)]
 struct Side {
     first: f32,
@@ -14,25 +16,25 @@ struct Side {
     limit: f32,
 }
 
-/// The convex hull of two boxes, one around receivers and one around a light: a box and, along each axis, the planes that
-/// touch both of them.
+/// Convex hull of two boxes, one around receivers and one around a light: a box and, parallel to each axis,
+/// the planes that touch both boxes.
 pub(crate) struct Hull {
     low: Vec3,
     high: Vec3,
-    /// Along x, y and z; at most four each.
+    /// Planes parallel to x, y and z; at most four each.
     sides: [[Side; 4]; 3],
     counts: [usize; 3],
     receivers: (Vec3, Vec3),
     light: AreaLight,
-    /// Bound on what rounding does to positions and to products with unit vectors.
+    /// Bound on the rounding errors of positions and of their products with unit vectors.
     slack: f32,
 }
 
-/// The other two axes.
+/// Indices of the other two axes.
 const OTHERS: [(usize, usize); 3] = [(1, 2), (2, 0), (0, 1)];
 
 impl Hull {
-    /// `largest` bounds all coordinates of the scene.
+    /// Hull of the box `low` … `high` and a light. `largest` bounds all coordinates of the scene.
     pub(crate) fn new(low: Vec3, high: Vec3, light: &AreaLight, largest: f32) -> Self {
         let corners = light.corners();
         let (mut light_low, mut light_high) = (corners[0], corners[0]);
@@ -43,7 +45,7 @@ impl Hull {
             light_high.abs().max(light_low.abs()).max(low.abs()).max(high.abs()).max_element().max(largest);
         let slack = size * 2f32.powi(-20);
         let mut hull = Self {
-            // Receivers are where they are; samples of the light are rounded.
+            // Receivers' positions are exact; samples of the light are rounded.
             low: low.min(light_low - slack),
             high: high.max(light_high + slack),
             sides: [[Side { first: 0.0, second: 0.0, limit: 0.0 }; 4]; 3],
@@ -58,7 +60,8 @@ impl Hull {
                     (if upper_i { high[i] } else { low[i] }, if upper_j { high[j] } else { low[j] })
                 };
                 let (a, b) = (pick(low, high), pick(light_low, light_high));
-                // Both boxes lie behind the line through two like corners if its normal points away from both.
+                // The line through two corresponding corners supports both boxes if its normal points away
+                // from both.
                 let (across, along) = (b.1 - a.1, a.0 - b.0);
                 let outward =
                     |x: f32, y: f32| (x > 0.0) == upper_i && (y > 0.0) == upper_j && x != 0.0 && y != 0.0;
@@ -66,7 +69,8 @@ impl Hull {
                 for sign in [1.0, -1.0] {
                     let (first, second) = (sign * across / length, sign * along / length);
                     if length > 0.0 && outward(first, second) {
-                        // Rounding may have turned the line a little: it is moved out to where both corners are behind.
+                        // Rounding may have tilted the line slightly: it is moved out until both corners are
+                        // behind it.
                         let limit =
                             (first * a.0 + second * a.1).max(first * b.0 + second * b.1) + 4.0 * slack;
                         hull.sides[axis][hull.counts[axis]] = Side { first, second, limit };
@@ -78,7 +82,7 @@ impl Hull {
         hull
     }
 
-    /// Which of eight boxes reach into the hull.
+    /// Mask of the boxes, out of eight, that overlap the hull.
     #[inline(always)]
     pub(crate) fn reaches<L: Lanes>(&self, low: Vector<L>, high: Vector<L>) -> u32 {
         let (from, to) = (Vector::<L>::splat(self.low), Vector::<L>::splat(self.high));
@@ -96,8 +100,8 @@ impl Hull {
         inside
     }
 
-    /// Which triangles may hide something: those that reach into the hull and whose plane parts some of the receivers
-    /// from some of the light.
+    /// Mask of the triangles that may hide the light: those that overlap the hull and whose plane separates
+    /// some receivers from some of the light.
     #[inline(always)]
     pub(crate) fn meets<L: Lanes>(&self, block: &Block) -> u32 {
         let corners = block.corners::<L>();
@@ -126,13 +130,14 @@ impl Hull {
         if inside == 0 {
             return 0;
         }
-        // Signed distances, times the normal's length, of the receivers' box and of the light from the triangle's plane.
+        // Signed distances, times the normal's length, of the receivers' box and of the light from the
+        // triangle's plane.
         let normal = block.normals::<L>();
         let near = normal.mul(Vector::splat(self.receivers.0).sub(corners[0]));
         let far = normal.mul(Vector::splat(self.receivers.1).sub(corners[0]));
         let (receivers, others) = (near.min(far).sum(), near.max(far).sum());
-        // Of differences, products and sums; normals are right to within a rounding. The receivers' own surface, which lies a
-        // few units in the last place behind them, must not count.
+        // Error of differences, products and sums; normals are exact up to one rounding. The receivers' own
+        // surface, which lies a few units in the last place behind them, must not count as an occluder.
         let doubt =
             near.abs().max(far.abs()).sum().mul(L::splat(2f32.powi(-21))).add(L::splat(f32::MIN_POSITIVE));
         let corner = normal.dot(Vector::splat(self.light.corner).sub(corners[0]));
@@ -147,11 +152,11 @@ impl Hull {
         inside & !(before | behind)
     }
 
-    /// The part of a segment that lies in the hull, if any does.
+    /// Part of a segment that lies in the hull, if any.
     pub(crate) fn clip(&self, from: DVec3, to: DVec3) -> Option<(DVec3, DVec3)> {
         let (mut start, mut end) = (0.0f64, 1.0f64);
         let along = to - from;
-        // `value` at the start, and what it grows by to the end, must not exceed `limit`.
+        // `value` at the start, plus its growth up to the end, must not exceed `limit`.
         let mut cut = |value: f64, growth: f64, limit: f64| {
             let left = limit - value;
             if growth > 0.0 {
@@ -174,8 +179,8 @@ impl Hull {
         (start <= end).then(|| (from + along * start, from + along * end))
     }
 
-    /// Whether one triangle hides all of the light from everything in the receivers' box: it does if it does so from
-    /// the box's corners, since what a triangle hides from a point is convex on both sides.
+    /// True if one triangle hides all of the light from the whole box of receivers. Testing the box's corners
+    /// suffices: the set of points from which a triangle hides the light is convex on both of its sides.
     pub(crate) fn is_covered<S: Simd>(&self, block: &Block, lane: usize) -> bool {
         let (low, high) = self.receivers;
         (0..8).all(|corner| {
@@ -186,7 +191,7 @@ impl Hull {
     }
 }
 
-/// Triangles that hide all of a light from a point.
+/// Kernel that returns the triangles that hide all of a light from a point.
 struct Covers<'a> {
     block: &'a Block,
     origin: Vec3,

@@ -1,4 +1,4 @@
-//! Triangles that receivers share.
+//! Triangle list that receivers share.
 
 use super::Hull;
 use crate::occluder::{Block, Triangle};
@@ -12,7 +12,7 @@ pub(crate) struct List {
 }
 
 impl List {
-    /// Forgets everything but the memory.
+    /// Removes all triangles and keeps the memory.
     pub(crate) fn clear(&mut self) {
         self.count = 0;
     }
@@ -26,7 +26,7 @@ impl List {
         &self.blocks[..self.count.div_ceil(8)]
     }
 
-    /// The block and the lane that the next triangle goes to.
+    /// Block and lane of the next triangle.
     #[inline(always)]
     fn next(&mut self) -> (&mut Block, usize) {
         let (block, lane) = (self.count / 8, self.count % 8);
@@ -45,7 +45,7 @@ impl List {
         block.set_lane(lane, triangle);
     }
 
-    /// Adds some of the triangles of a block, a bit each.
+    /// Adds the triangles of a block whose bits are set in a mask.
     #[inline(always)]
     pub(crate) fn push_lanes(&mut self, from: &Block, mut lanes: u32) {
         while lanes != 0 {
@@ -55,12 +55,13 @@ impl List {
         }
     }
 
-    /// Becomes what another list has in a hull.
+    /// Becomes the part of another list that lies in a hull.
     pub(crate) fn keep<S: Simd>(&mut self, from: &Self, hull: &Hull) {
         S::call(Keep { list: self, from, hull, indices: None });
     }
 
-    /// The same; `indices` becomes the places in the other list of what is kept.
+    /// Becomes the part of another list that lies in a hull; `indices` becomes the kept triangles' indices in
+    /// that list.
     pub(crate) fn keep_indexed<S: Simd>(&mut self, from: &Self, hull: &Hull, indices: &mut Vec<u32>) {
         S::call(Keep { list: self, from, hull, indices: Some(indices) });
     }

@@ -1,7 +1,7 @@
-//! What neighbouring receivers share: one shaft to the light, and a list of the triangles in it.
+//! Shaft of neighbouring receivers and the light, with a shared list of the triangles in it.
 //!
-//! An empty list proves that all of them see all of the light, and a triangle across the whole shaft that they see
-//! nothing.
+//! An empty list is a certificate that all receivers see the whole light. A triangle across the whole shaft
+//! is a certificate that they see nothing of it.
 
 mod certify;
 mod gather;
@@ -20,13 +20,13 @@ pub(crate) use list::List;
 use crate::occluder::Samples;
 use crate::simd::{Kernel, Simd};
 
-/// Receivers that may share a list at most.
+/// Most receivers that share a list.
 pub(crate) const GROUP: usize = 64;
 
-/// Receivers that share a list at least.
+/// Fewest receivers that share a list.
 pub(crate) const FEWEST: usize = 8;
 
-/// Gives receivers their masks from a list that they share.
+/// Kernel that computes receivers' masks from a shared list.
 pub(crate) struct Share<'a, M> {
     pub(crate) samples: &'a mut M,
     pub(crate) list: &'a List,
@@ -36,7 +36,7 @@ pub(crate) struct Share<'a, M> {
     pub(crate) visible: &'a mut [u64],
     /// Words of a mask.
     pub(crate) words: usize,
-    /// Which queries: each wants something.
+    /// Queries to answer: each has wanted samples.
     pub(crate) members: &'a [u8],
     pub(crate) stats: &'a mut VisibilityStats,
 }
@@ -67,7 +67,7 @@ impl<M: Samples> Kernel for Share<'_, M> {
             samples.aim::<S>(&queries[query], wanted);
             for block in blocks {
                 if let Some(lane) = samples.occlude::<S>(block) {
-                    // Seldom worth a try where the first member is not in full shadow.
+                    // The test rarely succeeds where the first member is not in full shadow.
                     if number == 0 && hull.is_covered::<S>(block, lane) {
                         proved = Some(false);
                     }
@@ -83,7 +83,7 @@ impl<M: Samples> Kernel for Share<'_, M> {
     }
 }
 
-/// The box around the origins of some queries.
+/// Bounding box of the origins of some queries.
 pub(crate) fn bounds(queries: &[Query], members: &[u8]) -> (Vec3, Vec3) {
     let mut bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     for &member in members {
@@ -93,7 +93,7 @@ pub(crate) fn bounds(queries: &[Query], members: &[u8]) -> (Vec3, Vec3) {
     bounds
 }
 
-/// Parts members into quarters that lie closer together, each one after the one before: where each ends.
+/// Divides members into four spatially coherent quarters, in sequence; returns the end of each.
 pub(crate) fn quarter(queries: &[Query], members: &mut [u8]) -> [usize; 4] {
     let (first, middle, last) = (members.len() / 4, members.len() / 2, members.len());
     order(queries, members);
@@ -102,7 +102,7 @@ pub(crate) fn quarter(queries: &[Query], members: &mut [u8]) -> [usize; 4] {
     [first, middle, middle + (last - middle) / 2, last]
 }
 
-/// Orders members along the longest side of the box around them.
+/// Sorts members along the longest side of their bounding box.
 fn order(queries: &[Query], members: &mut [u8]) {
     let (low, high) = bounds(queries, members);
     let axis = (high - low).max_position();

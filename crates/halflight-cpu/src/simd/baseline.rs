@@ -1,4 +1,4 @@
-//! Plain arrays: what is left where no instruction set is named. The compiler vectorises most of it.
+//! Vectors as plain arrays, without explicit instructions. The compiler vectorises most of the operations.
 
 use halflight_core::hash;
 

@@ -1,10 +1,10 @@
-//! AVX2 and AVX-512.
+//! Vectors of AVX2 and AVX-512.
 
 use std::arch::x86_64::*;
 
 use super::{Kernel, Lanes, Simd};
 
-/// The constants of [`halflight_core::hash::sample_bits`].
+/// Constants of [`halflight_core::hash::sample_bits`].
 const STEP: i32 = 0x9e37_79b9u32 as i32;
 const MULTIPLIERS: [i32; 2] = [0x21f0_aaad, 0xd35a_2d97u32 as i32];
 
@@ -45,21 +45,21 @@ impl Simd for Avx512 {
     }
 }
 
-/// Runs a kernel compiled for AVX2. Callers make sure that the CPU has the features.
+/// Runs a kernel compiled for AVX2. Callers ensure that the CPU has the features.
 #[inline(never)]
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
 pub(super) fn avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx2>()
 }
 
-/// Runs a kernel compiled for AVX-512. Callers make sure that the CPU has the features.
+/// Runs a kernel compiled for AVX-512. Callers ensure that the CPU has the features.
 #[inline(never)]
 #[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,bmi1,bmi2,popcnt,lzcnt")]
 pub(super) fn avx512<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx512>()
 }
 
-/// Methods that are one intrinsic each.
+/// Defines methods that are one intrinsic each.
 macro_rules! methods {
     ($($name:ident($($argument:ident: $type:ty),*) -> $result:ty = $value:expr;)*) => {
         $(

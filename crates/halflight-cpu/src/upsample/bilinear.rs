@@ -9,24 +9,26 @@ use serde::{Deserialize, Serialize};
 use super::cells::Field;
 use super::surface::{SurfaceLimits, Surfaces};
 
-/// Marks a texel whose surface is not known.
+/// Texel whose surface is not known.
 const NOWHERE: u32 = u32::MAX;
 
 /// Configuration of [`Bilinear`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BilinearConfig {
-    /// What counts as an edge. The paper says "edge-aware" (Nichols10 §3.4) and gives no numbers; these are ours.
+    /// Limits beyond which surfaces are separated by an edge. The paper says "edge-aware" (Nichols10 §3.4)
+    /// and gives no numbers; these values are not from the paper.
     pub surface: SurfaceLimits,
 }
 
-/// Upsamples level by level, from the coarsest to the finest (Nichols10 §3.4, after Nichols & Wyman 2009).
+/// Bilinear upsampling level by level, from the coarsest to the finest (Nichols10 §3.4, after Nichols & Wyman
+/// 2009).
 ///
-/// A texel of a level is *computed* when a fragment of that level or of a coarser one covers it: it holds the
-/// fragment's first sample, or an interpolation between the four nearest computed texels of the next coarser level,
-/// weighted 9 : 3 : 3 : 1 and without those across an edge. A texel that was split further is not computed and is never
-/// used. So values flow from coarse to fine only: at shadow edges coarse fragments dominate, the fault that Koa17
-/// shows in Fig. 7a. Where all four are across an edge the edges are ignored.
+/// A texel of a level is *computed* when a fragment of that level or of a coarser one covers it. It holds the
+/// fragment's first sample, or an interpolation between the four nearest computed texels of the next coarser
+/// level, weighted 9 : 3 : 3 : 1 and without those across an edge. A texel that was split further is not
+/// computed and never used. Values therefore flow from coarse to fine only: at shadow edges coarse fragments
+/// dominate, the artefact that Koa17 shows in Fig. 7a. Where all four are across an edge, edges are ignored.
 #[derive(Debug, Default)]
 pub struct Bilinear {
     config: BilinearConfig,
@@ -34,7 +36,7 @@ pub struct Bilinear {
     levels: Vec<Level>,
 }
 
-/// One level's image: coarse values with the pixel whose surface stands for each.
+/// Image of one level: coarse values, each with its representative pixel.
 #[derive(Debug, Default)]
 struct Level {
     width: u32,
@@ -54,7 +56,7 @@ impl Texel {
 }
 
 impl Bilinear {
-    /// An upsampler without buffers yet.
+    /// Creates an upsampler without buffers.
     pub fn new(config: BilinearConfig) -> Self {
         Self { config, ..Self::default() }
     }
@@ -102,7 +104,7 @@ impl Upsampler for Bilinear {
     }
 }
 
-/// What all levels look at.
+/// Data that all levels share.
 struct Pass<'a> {
     field: Field<'a>,
     surfaces: Surfaces<'a>,
@@ -125,7 +127,7 @@ impl Pass<'_> {
         coarse.map_or(Texel::EMPTY, |coarse| self.interpolate(level, x, y, coarse))
     }
 
-    /// The value that stands for a cell as a whole.
+    /// Value of a cell as a whole.
     #[inline]
     fn own(&self, cell: &Cell) -> Option<Texel> {
         let &first = self.field.samples_of(cell).first()?;
@@ -135,7 +137,7 @@ impl Pass<'_> {
     /// Edge-aware bilinear interpolation in the next coarser level.
     #[inline]
     fn interpolate(&self, level: u8, x: u32, y: u32, coarse: &Level) -> Texel {
-        // The neighbour on the texel's own side; at the border the parent again.
+        // Neighbour on the texel's own side; at the border the parent again.
         let side = |at: u32, count: u32| {
             if at & 1 == 1 { (at / 2 + 1).min(count - 1) } else { (at / 2).saturating_sub(1) }
         };
@@ -175,7 +177,7 @@ impl Pass<'_> {
         Texel { value, pixel }
     }
 
-    /// The pixel right of and below the texel's centre, where it sees anything.
+    /// Representative pixel of a texel, right of and below its centre, if it sees geometry.
     #[inline]
     fn stand_in(&self, level: u8, x: u32, y: u32) -> Option<u32> {
         let half = (1u32 << level) / 2;

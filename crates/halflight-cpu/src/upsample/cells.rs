@@ -1,16 +1,16 @@
-//! Cells as upsamplers need them: found by pixel, walked around, and cut into tiles for the threads.
+//! Access to cells for upsamplers: lookup by pixel, traversal of neighbours, and tiles for threads.
 
 use halflight_core::fragment::{Cell, Fragments, Sample};
 use halflight_core::gbuffer::GBuffer;
 use rayon::prelude::*;
 
-/// Side of the tiles that work is cut into, in pixels.
+/// Side of the tiles of the image, in pixels.
 pub(super) const TILE: u32 = 8;
 
-/// Pixels of a tile.
+/// Number of pixels of a tile.
 pub(super) const TILE_PIXELS: usize = (TILE * TILE) as usize;
 
-/// A rectangle of pixels, ends excluded.
+/// Rectangle of pixels, ends excluded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rect {
     pub(super) x0: u32,
@@ -20,21 +20,21 @@ pub(super) struct Rect {
 }
 
 impl Rect {
-    /// Columns and rows, row by row.
+    /// Columns and rows of the pixels, row by row.
     #[inline]
     pub(super) fn pixels(self) -> impl Iterator<Item = (u32, u32)> {
         (self.y0..self.y1).flat_map(move |y| (self.x0..self.x1).map(move |x| (x, y)))
     }
 }
 
-/// The part of a cell that lies in one tile.
+/// Part of a cell that lies in one tile.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece<'a> {
     pub(super) cell: &'a Cell,
     pub(super) rect: Rect,
 }
 
-/// The rows of the image that a thread writes.
+/// Rows of the image that a thread writes.
 #[derive(Debug)]
 pub(super) struct Rows<'a> {
     pixels: &'a mut [f32],
@@ -42,7 +42,7 @@ pub(super) struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    /// What has been written to a pixel, or was there before.
+    /// Current value of a pixel.
     #[inline]
     pub(super) fn get(&self, pixel: usize) -> f32 {
         self.pixels[pixel - self.first]
@@ -63,13 +63,13 @@ pub(super) struct Field<'a> {
     owners: &'a [u32],
     pub(super) width: u32,
     pub(super) height: u32,
-    /// For pixels of their own whose value does not exist: any that does, since they lie below the light's horizon and
-    /// nothing is multiplied with it. Interpolating there would be work for nothing.
+    /// Any defined value, for single-pixel cells whose value is undefined: they lie below the light's horizon
+    /// and their value is multiplied by 0. Interpolation would be wasted there.
     pub(super) anything: f32,
 }
 
 impl<'a> Field<'a> {
-    /// Looks up the cell of every pixel; `None` when the sizes of the arguments disagree.
+    /// Finds the cell of every pixel; `None` when the sizes of the arguments disagree.
     pub(super) fn new(
         gbuffer: &GBuffer,
         fragments: &'a Fragments,
@@ -91,7 +91,7 @@ impl<'a> Field<'a> {
         Some(Self { fragments, values, owners, width, height, anything })
     }
 
-    /// The cell that holds the pixel.
+    /// Cell that contains the pixel.
     #[inline]
     pub(super) fn owner(&self, x: u32, y: u32) -> Option<&'a Cell> {
         self.fragments.cells().get(self.owners[self.pixel(x, y)] as usize)
@@ -113,14 +113,14 @@ impl<'a> Field<'a> {
         self.values.len()
     }
 
-    /// The pixels of a cell.
+    /// Pixels of a cell.
     #[inline]
     pub(super) fn rect(&self, cell: &Cell) -> Rect {
         let (x0, y0, x1, y1) = cell.pixels(self.width, self.height);
         Rect { x0, y0, x1, y1 }
     }
 
-    /// A sample that can be used: its pixel is in the image and its position is a number.
+    /// Sample, if it is valid: its pixel is in the image and its position is finite.
     #[inline]
     pub(super) fn sample(&self, index: u32) -> Option<&'a Sample> {
         let sample = self.fragments.samples().get(index as usize)?;
@@ -134,14 +134,14 @@ impl<'a> Field<'a> {
         self.fragments.cell_samples(cell)
     }
 
-    /// The value of a sample, where it exists.
+    /// Value of a sample, if defined.
     #[inline]
     pub(super) fn value(&self, index: u32) -> Option<f32> {
         self.values.get(index as usize).copied().flatten().filter(|v| v.is_finite())
     }
 
-    /// Calls `visit` with every cell that touches the frame of pixels `margin` outside `rect`, in a fixed order. A cell
-    /// that touches two sides is met twice.
+    /// Calls `visit` with every cell that touches the frame of pixels `margin` outside `rect`, in a fixed
+    /// order. A cell that touches two sides is visited twice.
     #[inline]
     pub(super) fn walk_around(&self, rect: Rect, margin: u32, mut visit: impl FnMut(&'a Cell)) {
         let left = rect.x0.saturating_sub(margin);
@@ -162,7 +162,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Visits the cells of row `y` between two columns, each once.
+    /// Calls `visit` with the cells of row `y` between two columns, each once.
     #[inline]
     pub(super) fn walk_row(&self, y: u32, x0: u32, x1: u32, mut visit: impl FnMut(&'a Cell)) {
         let mut x = x0;
@@ -175,7 +175,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Visits the cells of column `x` between two rows, each once.
+    /// Calls `visit` with the cells of column `x` between two rows, each once.
     #[inline]
     pub(super) fn walk_column(&self, x: u32, y0: u32, y1: u32, mut visit: impl FnMut(&'a Cell)) {
         let mut y = y0;
@@ -188,7 +188,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Gives every receiver pixel in a cell that is a sample itself that sample's value.
+    /// Writes the values of single-pixel samples to their receiver pixels.
     pub(super) fn write_exact(&self, gbuffer: &GBuffer, out: &mut [f32]) {
         for index in 0..self.sample_count() as u32 {
             if let Some(sample) = self.sample(index)
@@ -203,8 +203,8 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Cuts the image into the parts that cells have in tiles, and calls `fill` for each on all threads, with scratch
-    /// memory that is made once a row of tiles. Pixels in no cell become 0.
+    /// Divides the image into the parts that cells have in tiles, and calls `fill` for each on all threads,
+    /// with scratch memory that is created once per row of tiles. Pixels in no cell become 0.
     pub(super) fn for_each_piece<S: Default>(
         &self,
         out: &mut [f32],

@@ -1,4 +1,4 @@
-//! Interpolation on the Delaunay triangulation of the samples.
+//! Upsampling by interpolation on the Delaunay triangulation of the samples.
 
 use halflight_core::fragment::{Cell, Fragments};
 use halflight_core::frame::Frame;
@@ -12,23 +12,25 @@ use super::nearby::{Role, Source, assign_roles};
 use super::robust::{Fit, RbfRobustConfig, Scratch};
 use super::surface::{SurfaceLimits, Surfaces};
 
-/// Barycentric coordinates down to minus this count as inside, so that rounding leaves no gap between triangles.
+/// Barycentric coordinate, negated, down to which a pixel is inside a triangle, so that rounding leaves no
+/// gap between triangles.
 const INSIDE: f32 = 1e-5;
 
 /// Configuration of [`Delaunay`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DelaunayConfig {
-    /// What counts as the same surface.
+    /// Limits within which pixels belong to the same surface.
     pub surface: SurfaceLimits,
 }
 
 /// Barycentric interpolation on the Delaunay triangulation of the samples.
 ///
-/// A corner whose surface is not the pixel's is left out and the others' weights are renormalised. Pixels outside the
-/// triangulation, and pixels none of whose corners is on their surface, are computed by [`RbfRobust`](super::RbfRobust).
-/// A pixel that is a sample itself keeps its value; single-pixel samples whose neighbours all are, too, are not
-/// triangulated. The triangulation itself is built by one thread and allocates anew every frame.
+/// A corner on another surface than the pixel is left out and the others' weights are renormalised. Pixels
+/// outside the triangulation, and pixels without a corner on their surface, are computed by
+/// [`RbfRobust`](super::RbfRobust). A pixel that is a sample itself keeps its value; single-pixel samples
+/// whose neighbours are all single-pixel samples are not triangulated. The triangulation itself runs on one
+/// thread and allocates anew every frame.
 #[derive(Debug, Default)]
 pub struct Delaunay {
     config: DelaunayConfig,
@@ -43,13 +45,13 @@ pub struct Delaunay {
 }
 
 impl Delaunay {
-    /// An upsampler without buffers yet.
+    /// Creates an upsampler without buffers.
     pub fn new(config: DelaunayConfig) -> Self {
         Self { config, ..Self::default() }
     }
 }
 
-/// A sample as a vertex.
+/// Sample as a vertex of the triangulation.
 #[derive(Clone, Copy, Debug)]
 struct Vertex {
     x: f32,
@@ -72,7 +74,8 @@ impl Upsampler for Delaunay {
             return;
         };
         let vertices = vertices(&field, &mut self.taken);
-        // The vertices are finite; should the triangulation fail all the same, every pixel counts as outside it.
+        // The vertices are finite; should the triangulation fail nevertheless, every pixel counts as outside
+        // it.
         let mesh = DelaunayTriangulation::<Vertex>::bulk_load(vertices).unwrap_or_default();
         self.triangles.clear();
         self.triangles.extend(mesh.inner_faces().map(|face| face.vertices().map(|v| v.data().sample)));
@@ -105,7 +108,7 @@ impl Upsampler for Delaunay {
     }
 }
 
-/// The samples to triangulate, in the order of the cells.
+/// Samples to triangulate, in the order of the cells.
 fn vertices(field: &Field, taken: &mut Vec<bool>) -> Vec<Vertex> {
     taken.clear();
     taken.resize(field.sample_count(), false);
@@ -126,7 +129,7 @@ fn vertices(field: &Field, taken: &mut Vec<bool>) -> Vec<Vertex> {
     vertices
 }
 
-/// Whether the cell is a pixel, and all pixels around it have values of their own.
+/// True if the cell is a pixel, and all pixels around it have values of their own.
 fn is_enclosed(field: &Field, cell: &Cell) -> bool {
     if cell.level != 0 {
         return false;
@@ -143,7 +146,8 @@ fn is_enclosed(field: &Field, cell: &Cell) -> bool {
     enclosed
 }
 
-/// Drops triangles between neighbouring pixels and sorts the others by the bands of [`TILE`] rows that they touch.
+/// Drops triangles between neighbouring pixels and sorts the others by the bands of [`TILE`] rows that they
+/// touch.
 fn sort_into_bands(field: &Field, triangles: &mut Vec<[u32; 3]>, bands: &mut Vec<u32>, order: &mut Vec<u32>) {
     let corners = |triangle: &[u32; 3]| triangle.map(|s| field.sample(s).map_or((0.0, 0.0), |s| (s.x, s.y)));
     triangles.retain(|triangle| {
@@ -158,7 +162,7 @@ fn sort_into_bands(field: &Field, triangles: &mut Vec<[u32; 3]>, bands: &mut Vec
         let last = (a.1.max(b.1).max(c.1).max(0.0) as u32 / TILE).saturating_add(1).min(count);
         first..last
     };
-    // Counting sort: counts are summed up to ends, which then move down to starts.
+    // Counting sort: counts are accumulated to ends, which are then decremented to starts.
     bands.clear();
     bands.resize(count as usize + 1, 0);
     for triangle in triangles.iter() {
@@ -220,7 +224,7 @@ fn rasterize(source: &Source, triangle: [u32; 3], top: u32, pixels: &mut [f32]) 
             for corner in 0..3 {
                 let same =
                     source.surfaces.agreement(&patch, patches[corner].position, patches[corner].normal);
-                // A corner that counts for nothing must not be all that is left.
+                // A corner of zero weight must not be the only one left.
                 let weight = weights[corner].max(INSIDE) * same * trust[corner];
                 if weight > 0.0 {
                     sum += weight * values[corner];
@@ -229,7 +233,7 @@ fn rasterize(source: &Source, triangle: [u32; 3], top: u32, pixels: &mut [f32]) 
                     high = high.max(values[corner]);
                 }
             }
-            // Almost all of the triangle is on another surface: the samples around may know better.
+            // Almost all of the triangle is on another surface: the RBF of the surrounding samples is better.
             if total > 10.0 * INSIDE {
                 pixels[pixel - (top * field.width) as usize] = (sum / total).max(low).min(high);
             }

@@ -1,4 +1,4 @@
-//! The lattice upsampler: bilinear between the corners of cells.
+//! Lattice upsampler: bilinear interpolation between the corners of cells.
 
 use halflight_core::fragment::{Cell, Fragments};
 use halflight_core::frame::Frame;
@@ -16,20 +16,22 @@ use crate::tangent_plane::{DiscontinuityLimits, TangentPlanes};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LatticeConfig {
-    /// Where surfaces end.
+    /// Limits of the tangent-plane test.
     #[serde(alias = "rise")]
     pub discontinuity: DiscontinuityLimits,
-    /// How pixels are computed that have no corner on their surface, and cells without a sample at each corner.
+    /// Options of the RBF for pixels without a corner on their surface, and for cells without a sample at
+    /// each corner.
     pub rest: RbfRobustConfig,
 }
 
-/// Bilinear interpolation over cells that have samples at their corners: their first pixel and the first ones of the cells
-/// right of and below them, clamped to the image's last column and row.
+/// Bilinear interpolation over cells that have samples at their corners: their first pixel and the first
+/// pixels of the cells right of and below them, clamped to the image's last column and row.
 ///
-/// A corner above whose tangent plane the pixel rises, or that rises above the pixel's, is left out, and the others' weights
-/// are renormalised: convex surfaces are interpolated over, steps and concave creases are not. Constants and, on one
-/// surface, ramps come out as they are, and nothing lies outside the bounds of its corners. Cells of other refiners, and
-/// pixels that no corner serves, are computed as by [`RbfRobust`](super::RbfRobust).
+/// A corner is left out if a surface discontinuity separates it from the pixel: one of the two lies above the
+/// other's tangent plane. The others' weights are renormalised. Convex surfaces are interpolated over; depth
+/// discontinuities and concave creases are not. Constants and, on one surface, ramps are reproduced, and no
+/// value lies outside the bounds of its corners. Cells of other refiners, and pixels without a usable corner,
+/// are computed by [`RbfRobust`](super::RbfRobust).
 #[derive(Debug, Default)]
 pub struct Lattice {
     config: LatticeConfig,
@@ -38,7 +40,7 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// An upsampler without buffers yet.
+    /// Creates an upsampler without buffers.
     pub fn new(config: LatticeConfig) -> Self {
         Self { config, ..Self::default() }
     }
@@ -73,14 +75,14 @@ fn all_known(values: &[f32; 4]) -> bool {
     !values.iter().any(|value| value.is_nan())
 }
 
-/// What all cells look at.
+/// Data that all cells share.
 struct Pass<'a> {
     field: &'a Field<'a>,
     planes: TangentPlanes<'a>,
 }
 
 impl Pass<'_> {
-    /// Writes the pixels of a piece; NaN where it cannot.
+    /// Writes the pixels of a piece; NaN where no corner is usable.
     fn fill(&self, piece: &Piece, rows: &mut Rows) {
         let field = self.field;
         if piece.cell.level == 0
@@ -105,14 +107,14 @@ impl Pass<'_> {
             let value = if !self.planes.is_receiver(pixel) {
                 0.0
             } else if triangle == self.planes.triangle(&[pixel]) && triangle.is_some() {
-                // All on one triangle, which is most of what is not flat.
+                // All on one triangle: the most common case of values that vary.
                 let weights = corners.weights(x, y);
                 let sum = weights[0] * values[0] + weights[1] * values[1];
                 (sum + weights[2] * values[2] + weights[3] * values[3]).clamp(low, high)
             } else if low < high {
                 let value = corners.interpolate(&self.planes, &values, x, y);
-                // Where the light is below the horizon of all corners on the pixel's surface there is next to none.
-                // Rounding must not lead out of the bounds.
+                // NaN: all corners on the pixel's surface have the light below their horizons, and the pixel
+                // gets almost none. Clamped, since rounding must not lead out of the bounds.
                 if value.is_nan() { 0.5 * (low + high) } else { value.clamp(low, high) }
             } else if low == high {
                 low
@@ -123,7 +125,7 @@ impl Pass<'_> {
         }
     }
 
-    /// A cell's corners with their values, if all of them are among its samples.
+    /// Corners of a cell with their values, if all of them are among its samples.
     fn corner_values(&self, cell: &Cell) -> Option<(Corners, [f32; 4])> {
         let field = self.field;
         let corners =

@@ -1,10 +1,11 @@
-//! Upsamplers: fragments to one value a pixel.
+//! Upsamplers: from fragments to one value per pixel.
 //!
-//! [`Bilinear`], [`RbfFixed`] and [`RbfAdaptive`] are the papers' own, with their faults; [`RbfRobust`], [`Delaunay`] and
-//! [`Lattice`] keep a flat field flat, stay within the bounds of their samples and know planes.
+//! [`Bilinear`], [`RbfFixed`] and [`RbfAdaptive`] are those of the papers, with their artefacts.
+//! [`RbfRobust`], [`Delaunay`] and [`Lattice`] reproduce constants, stay within the bounds of their samples
+//! and respect surfaces.
 //!
-//! Rules for all: pixels that see nothing or lie in no cell get 0. A value that is `None` is skipped, except by the
-//! papers' RBF, where it counts as 0. Arguments whose sizes disagree give an image of zeros.
+//! Rules for all: background pixels and pixels in no cell get 0. A value that is `None` is skipped, except by
+//! the papers' RBF, where it counts as 0. Arguments whose sizes disagree give an image of zeros.
 
 mod bilinear;
 mod cells;

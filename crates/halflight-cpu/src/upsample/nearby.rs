@@ -1,4 +1,4 @@
-//! The samples around a piece of a cell.
+//! Samples in the neighbourhood of a piece of a cell.
 
 use halflight_core::fragment::Cell;
 use halflight_core::glam::Vec3;
@@ -8,54 +8,54 @@ use rayon::prelude::*;
 use super::cells::{Field, Piece, Rect};
 use super::surface::{Patch, Surfaces};
 
-/// Samples that a piece of a cell looks at; further ones are left out.
+/// Most samples that a piece of a cell uses; more distant ones are left out.
 const MAX_SAMPLES: usize = 192;
 
 /// Weight of a sample whose fragment lies on several surfaces: it only counts where there is no other.
 const MIXED: f32 = 1e-4;
 
-/// A sample whose value exists, with its surface.
+/// Sample with a defined value, and its surface.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Known {
     pub(super) x: f32,
     pub(super) y: f32,
     pub(super) value: f32,
-    /// One over the squared radius of its influence, in pixels.
+    /// Inverse of the squared radius of influence, in pixels.
     pub(super) inverse_reach2: f32,
-    /// 1 where its whole fragment lies on one surface, almost 0 where its value is a mixture.
+    /// Trust: 1 where the whole fragment lies on one surface, almost 0 where the value is a mixture.
     pub(super) trust: f32,
     pub(super) position: Vec3,
     pub(super) normal: Vec3,
-    /// As in [`Patch`].
+    /// See [`Patch`].
     allowed: f32,
 }
 
-/// What a sample may do, wherever it is used.
+/// Influence of a sample, wherever it is used.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Role {
     /// Radius of influence, in pixels.
     reach: f32,
-    /// As in [`Known`].
+    /// See [`Known`].
     trust: f32,
 }
 
-/// Where samples are taken from.
+/// Source of samples.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source<'a> {
     pub(super) field: &'a Field<'a>,
     pub(super) surfaces: &'a Surfaces<'a>,
-    /// Every sample's weight.
+    /// Influence of every sample.
     pub(super) roles: &'a [Role],
 }
 
 impl Source<'_> {
-    /// How far a sample stands for one surface, 0 … 1.
+    /// Trust in a sample, 0 … 1: the degree to which it belongs to one surface.
     pub(super) fn trust(&self, index: u32) -> f32 {
         self.roles[index as usize].trust
     }
 }
 
-/// Samples, each once. Its memory is part of it.
+/// Set of samples, with its memory.
 #[derive(Debug)]
 pub(super) struct Nearby {
     known: [Known; MAX_SAMPLES],
@@ -74,7 +74,8 @@ impl Nearby {
         &self.known[..self.len]
     }
 
-    /// The samples of the piece's cell, and those of the cells around it whose influence reaches the piece.
+    /// Collects the samples of the piece's cell, and those of the cells around it whose influence reaches the
+    /// piece.
     pub(super) fn gather(&mut self, source: &Source, piece: &Piece) {
         self.len = 0;
         let field = source.field;
@@ -84,7 +85,7 @@ impl Nearby {
         field.walk_around(field.rect(piece.cell), 1, |cell| self.add_cell(source, cell, Some(piece.rect)));
     }
 
-    /// The samples of two wider rings of cells, whatever their influence.
+    /// Collects the samples of two wider rings of cells, whatever their influence.
     pub(super) fn gather_wide(&mut self, source: &Source, piece: &Piece) {
         self.len = 0;
         let field = source.field;
@@ -95,7 +96,7 @@ impl Nearby {
         }
     }
 
-    /// The least and the largest value; `None` without samples.
+    /// Least and largest value; `None` without samples.
     pub(super) fn bounds(&self) -> Option<(f32, f32)> {
         let first = self.samples().first()?.value;
         Some(
@@ -105,7 +106,8 @@ impl Nearby {
         )
     }
 
-    /// The first sample's surface, if all samples lie on one plane so closely that they agree in full with all that does.
+    /// Surface of the first sample, if all samples lie so close to its plane that they fully agree with all
+    /// points that do.
     pub(super) fn plane(&self, surfaces: &Surfaces) -> Option<Patch> {
         let first = self.samples().first()?;
         let plane = Patch { position: first.position, normal: first.normal, allowed: first.allowed };
@@ -113,8 +115,9 @@ impl Nearby {
         self.samples().iter().all(flat).then_some(plane)
     }
 
-    /// An average for a pixel centred at (x, y) that no near sample shares a surface with: of the samples that do, by
-    /// distance; or else of all, by how well their surfaces fit. 0 without samples.
+    /// Average for a pixel centred at (x, y) that shares a surface with none of the near samples: over the
+    /// samples on its surface, weighted by distance; or else over all, weighted by the match of their
+    /// surfaces. 0 without samples.
     pub(super) fn average(&self, surfaces: &Surfaces, x: f32, y: f32, patch: &Patch) -> f32 {
         let mean = |likeness: &dyn Fn(&Known) -> f32| {
             let (mut sum, mut total) = (0.0, 0.0);
@@ -131,7 +134,8 @@ impl Nearby {
             }
             (total > 0.0).then(|| (sum / total).clamp(low, high))
         };
-        // Where no surface fits, a mixture that may hold the pixel's own is better than a pure sample of another.
+        // Fit of a mixture: 1/2, since one that may contain the pixel's own surface is better than a pure
+        // sample of another.
         let fit = |known: &Known| match known.trust < 0.5 {
             true => 0.5,
             false => surfaces.likeness(patch, known.position, known.normal),
@@ -147,14 +151,14 @@ impl Nearby {
         }
     }
 
-    /// Adds a sample once, if its value exists and its influence reaches `reached`.
+    /// Adds a sample once, if its value is defined and its influence reaches `reached`.
     #[inline]
     fn add(&mut self, source: &Source, index: u32, reached: Option<Rect>) {
         let Some(sample) = source.field.sample(index) else { return };
         let Some(value) = source.field.value(index) else { return };
         let Role { reach, trust } = source.roles[index as usize];
         if let Some(rect) = reached {
-            // From the nearest pixel centre of the rectangle.
+            // Distance to the nearest pixel centre of the rectangle.
             let dx = (rect.x0 as f32 + 0.5 - sample.x).max(sample.x - rect.x1 as f32 + 0.5).max(0.0);
             let dy = (rect.y0 as f32 + 0.5 - sample.y).max(sample.y - rect.y1 as f32 + 0.5).max(0.0);
             if dx * dx + dy * dy >= reach * reach {
@@ -180,8 +184,9 @@ impl Nearby {
     }
 }
 
-/// Writes what every sample may do. Its reach is `radius` times the spacing of samples in the largest cell that uses it:
-/// a cell with a sample of its own alone has them a cell apart, one with more half a cell.
+/// Computes the influence of every sample. Its reach is `radius` times the spacing of samples in the largest
+/// cell that uses it: a cell with a single sample has a spacing of one cell, one with more samples half a
+/// cell.
 pub(super) fn assign_roles(field: &Field, surfaces: &Surfaces, radius: f32, roles: &mut Vec<Role>) {
     roles.clear();
     (0..field.sample_count() as u32)
@@ -200,8 +205,9 @@ pub(super) fn assign_roles(field: &Field, surfaces: &Surfaces, radius: f32, role
     }
 }
 
-/// How far a sample stands for one surface. The value of a fragment across an edge is a mixture that is right on neither
-/// side: refinement by depth stops at 2×2 pixels, so these are common at silhouettes.
+/// Degree to which a sample belongs to one surface. The value of a fragment across an edge is a mixture that
+/// is right on neither side: refinement by depth stops at 2×2 pixels, so such fragments are common at
+/// silhouettes.
 fn trust(field: &Field, surfaces: &Surfaces, index: u32) -> f32 {
     let Some(sample) = field.sample(index).filter(|sample| sample.level > 0) else { return 1.0 };
     let patch = surfaces.patch(sample.pixel as usize);

@@ -1,4 +1,4 @@
-//! The papers' single-pass upsampling by Gaussian radial basis functions, faults included.
+//! Single-pass upsampling of the papers by Gaussian radial basis functions, artefacts included.
 
 use halflight_core::fragment::{Cell, Fragments, Sample};
 use halflight_core::frame::Frame;
@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use super::cells::{Field, Rect, Rows};
 
-/// Samples of one edge that are looked at; the rest of a very long edge is left out.
+/// Most samples of one edge; the rest of a very long edge is left out.
 const MAX_EDGE: usize = 192;
 
-/// Determinants below this count as singular: single precision leaves no digit of the weights. The matrix has ones on its
-/// diagonal, so this is an absolute bound.
+/// Determinant below which a matrix counts as singular: single precision leaves no digit of the weights. The
+/// matrix has ones on its diagonal, so this is an absolute bound.
 const SINGULAR: f32 = 1e-6;
 
 /// Configuration of [`RbfFixed`].
@@ -20,7 +20,7 @@ const SINGULAR: f32 = 1e-6;
 pub struct RbfFixedConfig {
     /// Variance scaling factor C in `exp(-d²/C)` (Koa16 §3.1.5, Eq. 2b): 2.
     pub variance: f32,
-    /// Fragments up to this level are copied (Koa16 §3.1.5): 2.
+    /// Coarsest level of fragments that are copied (Koa16 §3.1.5): 2.
     pub copied_level: u8,
     /// Largest distance of a chosen sample, in widths of the target's fragment (Koa17 §3.6): 2.
     pub reach: f32,
@@ -38,7 +38,7 @@ impl Default for RbfFixedConfig {
 pub struct RbfAdaptiveConfig {
     /// Factor before `M̂ + 1` in the variance scaling factor (Koa17 §3.6, Eq. 6): 2.
     pub variance: f32,
-    /// Fragments up to this level are copied (Koa17 §3.6): 2.
+    /// Coarsest level of fragments that are copied (Koa17 §3.6): 2.
     pub copied_level: u8,
     /// Largest distance of a chosen sample, in widths of the target's fragment (Koa17 §3.6): 2.
     pub reach: f32,
@@ -50,27 +50,28 @@ impl Default for RbfAdaptiveConfig {
     }
 }
 
-/// Gaussian basis functions of one variance (Koa16 §3.1.5).
+/// Upsampling by Gaussian basis functions of one variance (Koa16 §3.1.5).
 ///
-/// A pixel of a fragment above `copied_level` takes the fragment's first sample and, for each of the two edges of its
-/// quadrant, the nearest of: the fragment's own further samples on that edge, the centres of the fragments across it,
-/// and their further samples that lie on it. Distances are divided by the fragment's width. Three samples: the weights
-/// solve `Φ w = I`; two: normalised weights (Koa16 Eq. 3); one is copied. Where Φ is singular, which the papers leave
-/// open, the three are mixed with normalised weights as well.
+/// A pixel of a fragment above `copied_level` uses the fragment's first sample and, for each of the two edges
+/// of its quadrant, the nearest of: the fragment's own additional samples on that edge, the centres of the
+/// fragments across it, and their additional samples that lie on it. Distances are divided by the fragment's
+/// width. With three samples, the weights solve `Φ w = I`; two have normalised weights (Koa16 Eq. 3); one is
+/// copied. Where Φ is singular, a case that the papers leave open, the three have normalised weights as well.
 ///
-/// It does not reproduce constants, overshoots (what falls below zero is cut off), and mixes values across edges: see [`RbfRobust`](super::RbfRobust).
+/// Constants are not reproduced, values overshoot (negative ones are clamped to 0) and are mixed across
+/// edges: see [`RbfRobust`](super::RbfRobust).
 #[derive(Debug, Default)]
 pub struct RbfFixed {
     config: RbfFixedConfig,
     owners: Vec<u32>,
 }
 
-/// Gaussian basis functions whose variance follows the chosen samples' levels (Koa17 §3.6).
+/// Upsampling by Gaussian basis functions whose variance follows the chosen samples' levels (Koa17 §3.6).
 ///
-/// Samples are chosen as by [`RbfFixed`]. `C = 2 (M̂ + 1)` with `M̂` the mean of the samples' levels, weighted by
-/// `exp(-d̂² / (2 t_min))`, `t_min` the least width among the samples in pixels. As printed (Eq. 5b), `d` is in pixels,
-/// which leaves gaps of darkness in large fragments; `d` and `d̂` are read as divided by the fragment's width, the
-/// reading under which the paper's results are possible.
+/// Samples are chosen as by [`RbfFixed`]. `C = 2 (M̂ + 1)` with `M̂` the mean of the samples' levels,
+/// weighted by `exp(-d̂² / (2 t_min))`, `t_min` the least width among the samples in pixels. As printed (Eq.
+/// 5b), `d` is in pixels, which leaves dark gaps in large fragments; `d` and `d̂` are interpreted as divided
+/// by the fragment's width, the interpretation under which the paper's results are possible.
 #[derive(Debug, Default)]
 pub struct RbfAdaptive {
     config: RbfAdaptiveConfig,
@@ -78,14 +79,14 @@ pub struct RbfAdaptive {
 }
 
 impl RbfFixed {
-    /// An upsampler without buffers yet.
+    /// Creates an upsampler without buffers.
     pub fn new(config: RbfFixedConfig) -> Self {
         Self { config, owners: Vec::new() }
     }
 }
 
 impl RbfAdaptive {
-    /// An upsampler without buffers yet.
+    /// Creates an upsampler without buffers.
     pub fn new(config: RbfAdaptiveConfig) -> Self {
         Self { config, owners: Vec::new() }
     }
@@ -114,7 +115,7 @@ impl Upsampler for RbfAdaptive {
                 sum += alpha * basis.level;
                 total += alpha;
             }
-            // The weights are at least exp(-reach²/2) each; a reach without bound could make all of them vanish.
+            // Every weight is at least exp(-reach²/2); an unbounded reach could make all of them 0.
             factor * (if total > 0.0 { sum / total } else { 0.0 } + 1.0)
         };
         run(frame, fragments, values, out, &mut self.owners, &Rule { copied_level, reach, variance });
@@ -125,14 +126,14 @@ impl Upsampler for RbfAdaptive {
     }
 }
 
-/// What tells the two papers apart.
+/// Rule that differs between the two papers.
 struct Rule<V> {
     copied_level: u8,
     reach: f32,
     variance: V,
 }
 
-/// A sample that a pixel takes part of its value from.
+/// Sample that contributes to a pixel.
 #[derive(Clone, Copy, Debug, Default)]
 struct Basis {
     x: f32,
@@ -164,7 +165,7 @@ impl Edge {
         }
     }
 
-    /// Adds the further samples of the pixel's own cell that lie on the edge.
+    /// Adds the additional samples of the pixel's own cell that lie on the edge.
     fn push_own(&mut self, field: &Field, cell: &Cell, on_edge: impl Fn(&Sample) -> bool) {
         for &index in field.samples_of(cell).iter().skip(1) {
             if field.sample(index).is_some_and(&on_edge) {
@@ -173,7 +174,7 @@ impl Edge {
         }
     }
 
-    /// Adds the first sample of a cell across the edge, and its further samples that lie on it.
+    /// Adds the first sample of a cell across the edge, and its additional samples that lie on it.
     fn push_other(&mut self, field: &Field, cell: &Cell, on_edge: impl Fn(&Sample) -> bool) {
         if let Some(&first) = field.samples_of(cell).first() {
             self.push(first);
@@ -186,7 +187,7 @@ impl Edge {
     }
 }
 
-/// The horizontal and the vertical edge of the quadrant at hand.
+/// Horizontal and vertical edge of the current quadrant.
 #[derive(Default)]
 struct Edges {
     horizontal: Edge,
@@ -202,7 +203,8 @@ impl Edges {
         let (x1, y1) = ((x0 + size / 2).min(field.width), (y0 + size / 2).min(field.height));
         let (line_x, line_y) =
             ((left + u32::from(right) * size) as f32, (top + u32::from(below) * size) as f32);
-        // A pixel on either side of the line is on the edge, and one beyond its ends still belongs to it.
+        // A sample within a pixel of the line is on the edge, and one within a pixel beyond its ends still
+        // belongs to it.
         let along = |at: f32, from: u32, to: u32| at >= from as f32 - 1.0 && at <= to as f32 + 1.0;
         let on_horizontal = |s: &Sample| (s.y - line_y).abs() <= 1.0 && along(s.x, x0, x1);
         let on_vertical = |s: &Sample| (s.x - line_x).abs() <= 1.0 && along(s.y, y0, y1);
@@ -262,7 +264,7 @@ fn run<V: Fn(&[Basis]) -> f32 + Sync>(
     });
 }
 
-/// Writes the pixels of a rectangle: 0 where nothing is seen, otherwise the value at the pixel's centre.
+/// Writes the pixels of a rectangle: 0 for the background, otherwise the value at the pixel's centre.
 fn each_receiver(
     frame: &Frame,
     field: &Field,
@@ -277,7 +279,7 @@ fn each_receiver(
     }
 }
 
-/// The pixel to be computed ("target texel") and the width of its fragment, in pixels.
+/// Pixel to be computed ("target texel") and the width of its fragment, in pixels.
 struct Target {
     x: f32,
     y: f32,
@@ -315,7 +317,7 @@ impl Target {
         normalised(chosen, variance)
     }
 
-    /// The sample as seen from the pixel; a value that does not exist counts as 0.
+    /// Sample relative to the pixel; an undefined value counts as 0.
     fn basis(&self, field: &Field, index: u32) -> Option<Basis> {
         let sample = field.sample(index)?;
         Some(Basis {
@@ -332,7 +334,7 @@ impl Target {
         (dx * dx + dy * dy) / (self.width * self.width)
     }
 
-    /// The nearest of the samples within reach that has not been chosen yet.
+    /// Nearest of the samples within reach that has not been chosen yet.
     fn nearest(&self, field: &Field, samples: &[u32], reach: f32, chosen: &[Basis]) -> Option<Basis> {
         let mut best: Option<Basis> = None;
         for &index in samples {
@@ -360,7 +362,7 @@ impl Target {
         let wc = (ab * bc - ac) * a.value + (ab * ac - bc) * b.value + (1.0 - ab * ab) * c.value;
         let at = |basis: &Basis| (-basis.distance2 / variance).exp();
         let value = (wa * at(&a) + wb * at(&b) + wc * at(&c)) / determinant;
-        // Between samples the Gaussians can fall below zero, which neither light nor its visible share does.
+        // Between samples the Gaussians can be negative, which neither irradiance nor a visible fraction is.
         value.is_finite().then_some(value.max(0.0))
     }
 }

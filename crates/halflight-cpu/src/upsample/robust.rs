@@ -1,4 +1,4 @@
-//! Our own upsampler: compact radial basis functions with a linear term that know surfaces.
+//! Robust upsampler: compact radial basis functions with a linear term, aware of surfaces.
 
 use halflight_core::fragment::Fragments;
 use halflight_core::frame::Frame;
@@ -11,21 +11,21 @@ use super::nearby::{Known, Nearby, Role, Source, assign_roles};
 use super::surface::{Patch, SurfaceLimits, Surfaces};
 use crate::multiversion::multiversion;
 
-/// Pixels that are computed together.
+/// Number of pixels that are computed together.
 const LANES: usize = 8;
 
 /// Configuration of [`RbfRobust`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RbfRobustConfig {
-    /// What counts as the same surface.
+    /// Limits within which pixels belong to the same surface.
     pub surface: SurfaceLimits,
     /// Radius of a sample's influence, in units of the spacing of samples in its cell.
     pub radius: f32,
-    /// Distance, in pixels, below which a nearer sample no longer counts for more.
+    /// Distance, in pixels, below which the weight of a sample stops growing.
     pub softness_px: f32,
-    /// Resistance of the fit's slope: the share of the samples' spread that is added to it. Above 0, the fit exists
-    /// even where all samples lie on a line.
+    /// Regularisation of the fit's slope: fraction of the samples' spread that is added to it. Above 0, the
+    /// fit exists even where all samples lie on a line.
     pub stiffness: f32,
 }
 
@@ -35,18 +35,22 @@ impl Default for RbfRobustConfig {
     }
 }
 
-/// Compact radial basis functions, normalised, with a linear term, kept within the bounds of the samples.
+/// Upsampling by compact radial basis functions, normalised, with a linear term, clamped to the bounds of the
+/// samples.
 ///
-/// Every sample has a weight `(1 - t)² / (t + s²/r²)` at `t = (d/r)²`, with `d` its distance and `r` proportional to the
-/// spacing of samples in its cell, times the agreement of its surface with the pixel's. So nearer samples count for more,
-/// and as much as the area that they stand for: a crowd of single pixels does not outvote the fragment beside it. The pixel's value is the weighted
-/// least-squares plane through the samples, read at the pixel and clamped to the least and largest sample that took
-/// part: constants and (away from borders) ramps come out as they are, nothing overshoots, and no matrix can be
-/// singular, since the spread of the samples is padded before it is inverted.
+/// The weight of a sample is `(1 - t)² / (t + s²/r²)` at `t = (d/r)²`, with `d` its distance and `r`
+/// proportional to the spacing of samples in its cell, times the agreement of its surface with the pixel's.
+/// Nearer samples therefore have more weight, and each has a weight in proportion to the area that it
+/// represents: many single pixels do not outweigh the fragment beside them.
 ///
-/// It looks at the samples of the pixel's cell and of all cells around it; where none of them lies on the pixel's
-/// surface, at two wider rings; where still none does, it mixes all by how well their surfaces fit. Cells of all levels
-/// are interpolated; a pixel that is a sample itself keeps its value.
+/// The pixel's value is the weighted least-squares plane through the samples, evaluated at the pixel and
+/// clamped to the least and largest sample that was used. Constants and (away from borders) ramps are
+/// reproduced, and nothing overshoots. No matrix can be singular, since the spread of the samples is padded
+/// before it is inverted.
+///
+/// The samples are those of the pixel's cell and of all cells around it. If none of them lies on the pixel's
+/// surface, two wider rings are used; if still none does, all are averaged by the match of their surfaces.
+/// Cells of all levels are interpolated; a pixel that is a sample itself keeps its value.
 #[derive(Debug, Default)]
 pub struct RbfRobust {
     config: RbfRobustConfig,
@@ -55,7 +59,7 @@ pub struct RbfRobust {
 }
 
 impl RbfRobust {
-    /// An upsampler without buffers yet.
+    /// Creates an upsampler without buffers.
     pub fn new(config: RbfRobustConfig) -> Self {
         Self { config, ..Self::default() }
     }
@@ -82,7 +86,7 @@ impl Upsampler for RbfRobust {
     }
 }
 
-/// The numbers of the fit.
+/// Constants of the fit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fit {
     softness2: f32,
@@ -95,7 +99,7 @@ impl Fit {
     }
 }
 
-/// Memory of one thread.
+/// Scratch memory of one thread.
 #[derive(Default)]
 pub(super) struct Scratch {
     near: Nearby,
@@ -103,7 +107,7 @@ pub(super) struct Scratch {
     block: Block,
 }
 
-/// The pixels of a piece, a column an attribute.
+/// Pixels of a piece, one array per attribute.
 struct Block {
     len: usize,
     pixel: [u32; TILE_PIXELS],
@@ -113,7 +117,7 @@ struct Block {
     normal: [[f32; TILE_PIXELS]; 3],
     allowed: [f32; TILE_PIXELS],
     value: [f32; TILE_PIXELS],
-    /// Whether any sample took part.
+    /// True for pixels that used any sample.
     found: [bool; TILE_PIXELS],
 }
 
@@ -154,7 +158,7 @@ impl Scratch {
         if let Some((low, high)) = bounds
             && low == high
         {
-            // All samples around agree: every weighting gives the same.
+            // All samples around agree: every weighting gives the same value.
             for (x, y) in piece.rect.pixels() {
                 let pixel = field.pixel(x, y);
                 if !rest || rows.get(pixel).is_nan() {
@@ -196,7 +200,8 @@ impl Block {
         })
     }
 
-    /// Takes over the pixels of a piece that see anything, and writes 0 to the others; with `rest` only those that are NaN.
+    /// Loads the pixels of a piece that see geometry, and writes 0 to the others; with `rest` only those that
+    /// are NaN.
     fn load(&mut self, source: &Source, piece: &Piece, rows: &mut Rows, rest: bool) {
         self.len = 0;
         for (x, y) in piece.rect.pixels() {
@@ -223,7 +228,8 @@ impl Block {
 }
 
 multiversion! {
-    /// Fits all pixels of the block; `flat` says that they and the samples all agree. Lanes past its end compute leftovers that nobody reads.
+    /// Fits all pixels of the block; `flat` is true if they and the samples all agree. Lanes past the end
+    /// compute unused values.
     fn fit_block(fit: &Fit, surfaces: &Surfaces, samples: &[Known], flat: bool, block: &mut Block) {
         for start in (0..block.len).step_by(LANES) {
             if flat {
@@ -286,7 +292,7 @@ fn fit_lanes<const FLAT: bool>(
         let (xx, yy) = (sums[4][lane] * scale - mx * mx, sums[6][lane] * scale - my * my);
         let xy = sums[5][lane] * scale - mx * my;
         let (xv, yv) = (sums[7][lane] * scale - mx * mv, sums[8][lane] * scale - my * mv);
-        // Rounding can leave a spread below 0; the padding covers it.
+        // Rounding can make a spread negative; the padding covers it.
         let padding = fit.stiffness * (xx + yy).max(0.0) + 1e-3 * (mx * mx + my * my) + 1e-4;
         let (xx, yy) = (xx.max(0.0) + padding, yy.max(0.0) + padding);
         let determinant = (xx * yy - xy * xy).max(padding * padding * 0.5);

@@ -1,24 +1,26 @@
-//! Whether two pixels see the same surface.
+//! Surface test for upsamplers: decides if two pixels see the same surface.
 
 use glam::Vec3;
 use halflight_core::frame::Frame;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use serde::{Deserialize, Serialize};
 
-/// How far a surface may bend or step before values are no longer mixed across it.
+/// Limits on the bending and offset of a surface within which values are mixed.
 ///
-/// A point is compared with another's tangent plane and not with its depth, so that slanted floors are not cut up.
+/// A point is compared with another's tangent plane and not with its depth, so that slanted floors stay
+/// connected.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SurfaceLimits {
-    /// Distance between a point and a tangent plane at which they part, in pixel footprints at the point's depth.
+    /// Distance between a point and a tangent plane above which they are separate, in pixel footprints at the
+    /// point's depth.
     pub offset_px: f32,
-    /// What a turn of the normal adds to that distance, as a multiple of the turn (radians) times the distance between
-    /// the points. A facet's neighbour deviates by 1, a sphere by 1/2.
+    /// Increase of that distance with the turn of the normal, as a multiple of the turn (radians) times the
+    /// distance between the points. A facet's neighbour deviates by 1, a sphere by 1/2.
     pub bend: f32,
     /// Turn of the normal, in degrees, up to which values are mixed freely.
     pub smooth_deg: f32,
-    /// Turn of the normal, in degrees, from which they are not mixed at all.
+    /// Turn of the normal, in degrees, from which values are not mixed at all.
     pub break_deg: f32,
 }
 
@@ -28,18 +30,18 @@ impl Default for SurfaceLimits {
     }
 }
 
-/// A point with its tangent plane.
+/// Point with its tangent plane.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Patch {
     /// World space.
     pub(super) position: Vec3,
     /// Geometric unit normal.
     pub(super) normal: Vec3,
-    /// Squared distance off a plane at which values part, square metres.
+    /// Squared distance off a plane up to which values are mixed, square metres.
     pub(super) allowed: f32,
 }
 
-/// The G-buffer as surfaces.
+/// Surfaces of the G-buffer.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surfaces<'a> {
     gbuffer: &'a GBuffer,
@@ -65,7 +67,7 @@ impl<'a> Surfaces<'a> {
         }
     }
 
-    /// The surface at a pixel.
+    /// Surface at a pixel.
     #[inline]
     pub(super) fn patch(&self, pixel: usize) -> Patch {
         let position = self.gbuffer.position[pixel];
@@ -75,13 +77,14 @@ impl<'a> Surfaces<'a> {
         Patch { position, normal: self.gbuffer.normal[pixel], allowed: allowed * allowed + f32::MIN_POSITIVE }
     }
 
-    /// Whether the pixel sees geometry.
+    /// True if the pixel sees geometry.
     #[inline]
     pub(super) fn is_receiver(&self, pixel: usize) -> bool {
         self.gbuffer.is_receiver(pixel)
     }
 
-    /// Whether two pixels see the same triangle, and so the same plane. Numbers outside the image see nothing.
+    /// True if two pixels see the same triangle, and so the same plane. Indices outside the image see
+    /// nothing.
     #[inline]
     pub(super) fn same_primitive(&self, a: u32, b: u32) -> bool {
         match (self.gbuffer.primitive.get(a as usize), self.gbuffer.primitive.get(b as usize)) {
@@ -90,7 +93,7 @@ impl<'a> Surfaces<'a> {
         }
     }
 
-    /// 1 where two patches belong to one surface, 0 where they do not, between the two at its limits.
+    /// Agreement of two patches: 1 on one surface, 0 on separate ones, in between near the limits.
     #[inline(always)]
     pub(super) fn agreement(&self, a: &Patch, position: Vec3, normal: Vec3) -> f32 {
         let (misfit, cos) = self.misfit(a, position, normal);
@@ -99,8 +102,8 @@ impl<'a> Surfaces<'a> {
         flat * turn
     }
 
-    /// Whether a point lies so close to a plane that it agrees in full with every other such point: a quarter of the
-    /// distance at which agreement starts to fall, and a normal that is the same but for rounding.
+    /// True if a point lies so close to a plane that it fully agrees with every other such point: a quarter
+    /// of the distance at which agreement starts to fall, and a normal that is the same except for rounding.
     #[inline(always)]
     pub(super) fn lies_on(&self, plane: &Patch, position: Vec3, normal: Vec3, allowed: f32) -> bool {
         let off = plane.normal.dot(position - plane.position);
@@ -108,14 +111,15 @@ impl<'a> Surfaces<'a> {
             && (normal - plane.normal).length_squared() < 1e-12
     }
 
-    /// Like [`Self::agreement`] but never 0: orders patches by how badly they fit where none fits.
+    /// Match of two patches, never 0: orders patches where none agrees, see [`Self::agreement`].
     pub(super) fn likeness(&self, a: &Patch, position: Vec3, normal: Vec3) -> f32 {
         let (misfit, cos) = self.misfit(a, position, normal);
         let facing = (0.5 + 0.5 * cos).clamp(0.0, 1.0);
         (1.0 / (1.0 + misfit)).max(1e-6) * (facing * facing).max(1e-3)
     }
 
-    /// Squared distance off each other's planes, as a share of what is allowed, and the cosine between the normals.
+    /// Squared distance off each other's planes, relative to the allowed one, and the cosine between the
+    /// normals.
     #[inline(always)]
     fn misfit(&self, a: &Patch, position: Vec3, normal: Vec3) -> (f32, f32) {
         let between = a.position - position;

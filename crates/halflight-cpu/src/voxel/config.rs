@@ -1,24 +1,25 @@
-//! Choices of the backend.
+//! Options of the `voxel` backend.
 
 use serde::{Deserialize, Serialize};
 
-/// How a ray is followed through the grid.
+/// Method by which a ray traverses the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "name", rename_all = "kebab-case")]
 pub enum Traversal {
-    /// Samples at equal distances between receiver and light, each of several slices (Nichols10 §3.3.1). Their number is
-    /// not in the paper.
+    /// Samples at equal distances between receiver and light, each of which tests several slices (Nichols10
+    /// §3.3.1). The paper does not tell their number.
     Steps {
-        /// Samples a ray, 1 to 1,024.
+        /// Samples per ray, 1 to 1,024.
         count: u32,
     },
-    /// Every voxel that the ray passes, as the paper wished for (§3.3.1: "ideally, we would perform a 3D DDA").
+    /// Every voxel that the ray passes, as the paper wished for (§3.3.1: "ideally, we would perform a 3D
+    /// DDA").
     Dda,
 }
 
 impl Default for Traversal {
-    /// 16 steps. Exact traversal meets every voxel that geometry so much as touches and is darker for it: on the bundled
-    /// atrium and hairball 16 steps put fewer pixels wrong, in less time.
+    /// Returns 16 steps. Exact traversal meets every voxel that geometry touches and is darker for it: on the
+    /// bundled atrium and hairball, 16 steps have fewer wrong pixels, in less time.
     fn default() -> Self {
         Self::Steps { count: 16 }
     }
@@ -28,20 +29,21 @@ impl Default for Traversal {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct VoxelConfig {
-    /// Texels a side of the square grid, 32 to 1,024: 128 (Nichols10 §4.2, Fig. 11).
+    /// Texels per side of the square grid, 32 to 1,024: 128 (Nichols10 §4.2, Fig. 11).
     pub resolution: u32,
     /// Slices, 32 to 512: 128, the four 32-bit channels of a texture (§3.3, §4.2).
     pub depth_bits: u32,
-    /// How rays are followed.
+    /// Method of traversal.
     pub traversal: Traversal,
-    /// Neighbouring slices before and behind a sample that are tested with it, 0 to 64; for [`Traversal::Steps`] only,
-    /// since an exact traversal skips none. The paper tests "multiple bits" to thicken rays (§3.3.1; no number there) in
-    /// a grid that graphics hardware drew at texel centres; ours holds all that touches a voxel and is thick enough: 0.
+    /// Neighbouring slices before and behind a sample that are tested with it, 0 to 64. For
+    /// [`Traversal::Steps`] only, since an exact traversal skips none. The paper tests "multiple bits" to
+    /// thicken rays (§3.3.1; no number there) in a grid that graphics hardware rasterized at texel centres;
+    /// this grid is conservative and thick enough: 0.
     pub thickness: u32,
-    /// How far the origin of a ray is pushed off its surface, along the normal (§4.3; no number there), 0 to 64 voxels.
-    /// A voxel is as wide along the normal as the voxel around the receiver is there: at 1 the origin has just left all
-    /// voxels that the receiver's own plane touches. The other end is moved off the light's plane in the same way, so that
-    /// what a light is mounted on does not stop its rays.
+    /// Offset of a ray's origin from its surface along the normal (§4.3; no number there), 0 to 64 voxels.
+    /// The unit is the width along the normal of the voxel around the receiver: at 1 the origin has just left
+    /// all voxels that the receiver's tangent plane touches. The other end is offset from the light's plane
+    /// in the same way, so that the light's mounting surface does not stop rays.
     pub bias: f32,
 }
 
@@ -51,17 +53,17 @@ impl Default for VoxelConfig {
     }
 }
 
-/// A constant that voxel marching cannot work with.
+/// Option value out of range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VoxelError {
-    /// Texels a side.
+    /// Texels per side.
     #[error("voxel resolution {0} is out of range: a grid has 32 to 1024 texels a side")]
     Resolution(u32),
     /// Slices.
     #[error("{0} depth bits are out of range: a grid has 32 to 512 slices")]
     DepthBits(u32),
-    /// Samples a ray.
+    /// Samples per ray.
     #[error("{0} steps are out of range: a ray has 1 to 1024")]
     Steps(u32),
     /// Neighbouring slices.
@@ -76,7 +78,7 @@ impl VoxelConfig {
     /// Checks every constant.
     ///
     /// # Errors
-    /// The first that is out of range.
+    /// An error for the first option that is out of range.
     pub fn validate(&self) -> Result<(), VoxelError> {
         if !(32..=1024).contains(&self.resolution) {
             return Err(VoxelError::Resolution(self.resolution));

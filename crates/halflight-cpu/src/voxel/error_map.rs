@@ -1,4 +1,4 @@
-//! Failure maps: where voxel marching is wrong, and why (Nichols10 §4.3).
+//! Voxel error maps: the pixels where voxel marching is wrong, and the cause of each error (Nichols10 §4.3).
 
 use glam::{Vec2, Vec3};
 use halflight_core::frame::Frame;
@@ -12,16 +12,18 @@ use crate::bvh::{Bvh, Hits, Packet, STACK};
 use crate::samples::LANES;
 use crate::simd::{Isa, Kernel, Simd};
 
-/// Why a receiver sees more or less of the light than it should.
+/// Cause of a receiver's wrong visible fraction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Cause {
-    /// False shadow: rays end in voxels that the receiver's own plane touches, or next to the receiver's own voxel.
+    /// False shadow: rays end in voxels that the receiver's own plane touches, or next to the receiver's own
+    /// voxel.
     SelfOcclusion,
-    /// False shadow by other voxels: their geometry is thinner than they are, or misses the ray by less than their size.
+    /// False shadow by other voxels: their geometry is thinner than they are, or misses the ray by less than
+    /// their size.
     Thickness,
-    /// False light: what stops the ray lies outside the grid.
+    /// False light: the occluder lies outside the grid.
     OutOfView,
-    /// False light, although what stops the ray lies in the grid: jumped over by steps, or nearer to the receiver or the
+    /// False light although the occluder lies in the grid: skipped by steps, or nearer to the receiver or the
     /// light than the bias.
     Missed,
 }
@@ -30,8 +32,8 @@ impl Cause {
     /// All causes, in the order in which ties are decided.
     pub const ALL: [Self; 4] = [Self::SelfOcclusion, Self::Thickness, Self::OutOfView, Self::Missed];
 
-    /// Its colour in [`VoxelErrorMap::image`], sRGB: false shadow red by the receiver itself and yellow by others; false light
-    /// blue from out of view and green otherwise.
+    /// Colour in [`VoxelErrorMap::image`], sRGB: false shadow red by the receiver itself and yellow by
+    /// others; false light blue from out of view and green otherwise.
     pub fn color(self) -> [u8; 3] {
         match self {
             Self::SelfOcclusion => [230, 40, 30],
@@ -42,10 +44,10 @@ impl Cause {
     }
 }
 
-/// How many receivers are wrong, by cause.
+/// Number of wrong receivers, by cause.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct VoxelErrorCounts {
-    /// Receivers that were compared: those that asked for any sample.
+    /// Number of compared receivers: those with any wanted sample.
     pub receivers: u64,
     /// [`Cause::SelfOcclusion`].
     pub self_occlusion: u64,
@@ -58,7 +60,7 @@ pub struct VoxelErrorCounts {
 }
 
 impl VoxelErrorCounts {
-    /// Receivers with a cause.
+    /// Number of receivers with a cause.
     pub fn of(&self, cause: Cause) -> u64 {
         match cause {
             Cause::SelfOcclusion => self.self_occlusion,
@@ -68,7 +70,7 @@ impl VoxelErrorCounts {
         }
     }
 
-    /// All that are wrong.
+    /// Number of all wrong receivers.
     pub fn failures(&self) -> u64 {
         Cause::ALL.iter().map(|&cause| self.of(cause)).sum()
     }
@@ -83,22 +85,23 @@ impl VoxelErrorCounts {
     }
 }
 
-/// Wrong pixels of an image and why they are wrong.
+/// Wrong pixels of an image, with their causes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VoxelErrorMap {
-    /// How many.
+    /// Number of wrong receivers, by cause.
     pub counts: VoxelErrorCounts,
-    /// sRGB, row by row from the top left: wrong pixels in their cause's [`Cause::color`]; others grey, brighter the
-    /// more of the light they see; black where nothing was asked.
+    /// sRGB, row by row from the top left: wrong pixels in their cause's [`Cause::color`]; others grey,
+    /// brighter the larger their visible fraction; black where no sample was wanted.
     pub image: Vec<[u8; 3]>,
 }
 
-/// Compares the answers of `voxels` with exact ones.
+/// Compares the masks of `voxels` with exact ones.
 ///
-/// Both batches hold the same queries about `frame`, one a pixel (a second query about a pixel paints over the first),
-/// and the last frame that `voxels` was prepared for is `frame`. A receiver is wrong when its visible fraction, the share
-/// of the wanted samples that it sees, is off by more than `threshold`; its cause is that of most of its wrong samples.
-/// `blocked` tells whether the open segment between two points meets a triangle ([`segments`] is one).
+/// Both batches hold the same queries about `frame`, one per pixel (a second query about a pixel overwrites
+/// the first), and the last frame that `voxels` was prepared for is `frame`. A receiver is wrong if its
+/// visible fraction, among the wanted samples, is off by more than `threshold`; its cause is that of most of
+/// its wrong samples. `blocked` returns true if the open segment between two points meets a triangle; see
+/// [`segments`].
 pub fn voxel_error_map(
     frame: &Frame,
     voxels: &Voxels,
@@ -146,7 +149,7 @@ pub fn voxel_error_map(
     map
 }
 
-/// The cause of most wrong samples of a receiver that is too dark (`shadow`) or too bright.
+/// Cause of most wrong samples of a receiver that is too dark (`shadow`) or too bright.
 fn cause(
     frame: &Frame,
     course: Option<&Course>,
@@ -190,7 +193,7 @@ fn cause(
 }
 
 impl Course<'_> {
-    /// Whether the voxel that stops a ray belongs to the receiver's own surroundings.
+    /// True if the voxel that stops a ray belongs to the receiver's own surface.
     fn stopped_by_itself(&self, origin: Vec3, normal: Vec3, position: Vec2) -> bool {
         let Some(voxel) = self.stopper(origin, normal, position) else { return false };
         let near = self
@@ -201,7 +204,7 @@ impl Course<'_> {
         near || sides.iter().any(|&side| side <= 0.0) && sides.iter().any(|&side| side >= 0.0)
     }
 
-    /// The first set voxel on a receiver's ray to a place on the light.
+    /// First set voxel on a receiver's ray to a position on the light.
     pub(super) fn stopper(&self, origin: Vec3, normal: Vec3, position: Vec2) -> Option<[usize; 3]> {
         let (origin, light) = self.ends(origin, normal);
         let end = light.point(position);
@@ -211,7 +214,7 @@ impl Course<'_> {
     }
 }
 
-/// A single ray, to the texel and slice that stop it; its ends are in homogeneous coordinates.
+/// Kernel that finds the texel and slice that stop a single ray; its ends are in homogeneous coordinates.
 struct Trace<'a> {
     course: &'a Course<'a>,
     origin: Vec3,
@@ -234,7 +237,7 @@ impl Kernel for Trace<'_> {
     }
 }
 
-/// Asks the BVH over a scene's triangles whether the open segment between two points meets one.
+/// Returns a function that tests with the BVH if the open segment between two points meets a triangle.
 pub fn segments(bvh: &Bvh) -> impl Fn(Vec3, Vec3) -> bool + Sync + '_ {
     struct Segment<'a>(&'a Bvh, Vec3, Vec3);
 

@@ -1,4 +1,5 @@
-//! What all rays of a receiver have in common: the fan from the receiver to the light, and where on it the grid is empty.
+//! Empty-space skipping for all rays of a receiver at once: the fan from the receiver to the light, and the
+//! parts of it where the grid is empty.
 
 use glam::Vec3;
 use halflight_core::light::AreaLight;
@@ -7,32 +8,32 @@ use super::grid::Grid;
 use super::march::{Measures, NUMBER, floor, whole};
 use crate::simd::Lanes;
 
-/// Cross-sections of a fan or a part of it; one piece less lies between them.
+/// Number of cross-sections of a fan or a part of it; they delimit one piece less.
 const SECTIONS: usize = 16;
 
-/// Runs that are told apart.
+/// Most runs of a fan.
 const RUNS: usize = 16;
 
-/// How much wider than its corners a box is taken, in voxels: several times what single precision is wrong by in a grid
-/// of 1,024 texels.
+/// Margin of a piece's bounding box, in voxels: several times the error of single precision in a grid of
+/// 1,024 texels.
 const SLACK: f32 = 0.01;
 
-/// A part of all rays of a fan, as parts of their length.
+/// Part of all rays of a fan, as an interval of their parameter 0 … 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Run {
     pub(super) from: f32,
     pub(super) to: f32,
-    /// Whether it is known to lie in the grid.
+    /// True if the run is known to lie in the grid.
     pub(super) inside: bool,
 }
 
 impl Run {
-    /// The whole rays, wherever they lie.
+    /// Whole rays, not known to lie in the grid.
     pub(super) const WHOLE: Self = Self { from: 0.0, to: 1.0, inside: false };
     const NONE: Self = Self { from: 0.0, to: 0.0, inside: false };
 }
 
-/// The runs of a fan that may meet something, from the receiver on.
+/// Runs of a fan that may contain set voxels, ordered from the receiver on.
 pub(super) struct Runs {
     runs: [Run; RUNS],
     count: usize,
@@ -45,7 +46,7 @@ impl Runs {
         &self.runs[..self.count]
     }
 
-    /// Adds a run behind all others; one that touches the last, or for which there is no room, lengthens that.
+    /// Appends a run. It extends the last run if it touches it or if there is no room.
     #[inline(always)]
     fn add(&mut self, run: Run) {
         if self.count > 0 && (self.runs[self.count - 1].to == run.from || self.count == RUNS) {
@@ -59,8 +60,8 @@ impl Runs {
     }
 }
 
-/// The runs of a receiver: those of the whole fan, cut once more. Slices up to `thickness` farther and nearer than the
-/// rays count.
+/// Runs of a receiver: those of the whole fan, each subdivided once more. Slices up to `thickness` farther
+/// and nearer than the rays count.
 #[inline(always)]
 pub(super) fn runs<L: Lanes>(
     grid: &Grid,
@@ -78,25 +79,25 @@ pub(super) fn runs<L: Lanes>(
     fine
 }
 
-/// Cross-sections of a part of a fan, cut into equally long pieces, and the boxes around these.
+/// Cross-sections of a part of a fan, which cut it into equally long pieces, and the pieces' bounding boxes.
 struct Fan {
-    /// Where the cross-sections are.
+    /// Ray parameters of the cross-sections.
     at: [f32; SECTIONS],
-    /// First and last texels and slices of the pieces, [`NUMBER`] added.
+    /// First and last texels and slices of the pieces, with [`NUMBER`] added.
     low: [[f32; SECTIONS]; 3],
     high: [[f32; SECTIONS]; 3],
-    /// Pieces of which nothing is in the grid.
+    /// Mask of pieces that are entirely outside the grid.
     outside: u32,
-    /// Pieces that are altogether in the grid.
+    /// Mask of pieces that are entirely inside the grid.
     inside: u32,
 }
 
 impl Fan {
-    /// Origin and light are in homogeneous coordinates.
+    /// Cuts a part of a fan into pieces. Origin and light are in homogeneous coordinates.
     ///
-    /// A piece is the convex hull of the cross-sections at its ends, and in front of the eye convex hulls stay what they
-    /// are in the image: the box of both boxes holds the piece. A cross-section that reaches behind the nearest slice
-    /// may lie anywhere in the image.
+    /// A piece is the convex hull of the cross-sections at its ends, and in front of the eye a projection
+    /// maps convex hulls to convex hulls: the box around both boxes contains the piece. A cross-section that
+    /// reaches behind the nearest slice may lie anywhere in the image.
     #[inline(always)]
     fn new<L: Lanes>(
         measures: &Measures,
@@ -110,7 +111,7 @@ impl Fan {
             let t = section as f32 * (1.0 / (SECTIONS - 1) as f32);
             *at = part.from + (part.to - part.from) * t;
         }
-        // Runs that touch must have an end in common, bit for bit.
+        // Adjacent runs must share an end, bit for bit.
         at[SECTIONS - 1] = part.to;
 
         let (zero, side, near) = (L::splat(0.0), L::splat(measures.side), L::splat(measures.near));
@@ -167,7 +168,7 @@ impl Fan {
         fan
     }
 
-    /// Adds the runs between those pieces where the grid is empty.
+    /// Adds the runs between the pieces where the grid is empty.
     #[inline(always)]
     fn add_runs(&self, grid: &Grid, runs: &mut Runs) {
         for piece in 0..SECTIONS - 1 {

@@ -1,20 +1,20 @@
-//! The part of space that a grid covers, and its coordinates.
+//! View frustum that a grid covers, and the grid's coordinates.
 
 use glam::{DVec3, Vec3};
 use halflight_core::frame::Frame;
 use halflight_core::scene::Camera;
 
-/// The camera's pyramid between two depths, cut into texels and slices.
+/// View frustum between two depths, divided into texels and slices.
 ///
-/// A point's homogeneous coordinates are (X, Y, depth), linear in its place in the world: X / depth and Y / depth are its
-/// place in the image in texels, right and down from the top left corner. Slices have equal depth, so the third
-/// coordinate of the grid is linear in depth. A straight line in the world is straight in the image, and 1 / depth is
-/// linear along that image.
+/// A point's homogeneous coordinates are (X, Y, depth), linear in its world-space position: X / depth and Y /
+/// depth are its position in the image in texels, right and down from the top left corner. Slices have equal
+/// depth, so the third coordinate of the grid is linear in depth. A straight line in the world is straight in
+/// the image, and 1 / depth is linear along that image.
 #[derive(Clone, Copy, Debug)]
 pub struct Frustum {
-    /// Where the camera is.
+    /// Position of the camera, world space.
     pub eye: Vec3,
-    /// Products with these are X, Y and depth of a vector.
+    /// Vectors whose products with a vector are its X, Y and depth.
     pub rows: [DVec3; 3],
     /// World-space size of a texel at depth 1: right and up.
     pub texel: [Vec3; 2],
@@ -22,18 +22,18 @@ pub struct Frustum {
     pub forward: Vec3,
     /// Direction through the middle of the image, one unit along the view direction.
     pub centre: Vec3,
-    /// Depth at which it begins.
+    /// Depth at which the frustum begins, metres.
     pub near: f32,
-    /// Depth at which it ends.
+    /// Depth at which the frustum ends, metres.
     pub far: f32,
-    /// Texels a side.
+    /// Texels per side.
     pub side: usize,
-    /// Slices.
+    /// Number of slices.
     pub bits: usize,
 }
 
 impl Frustum {
-    /// The pyramid through an image of `aspect` = width / height.
+    /// Frustum through an image of `aspect` = width / height.
     pub fn new(camera: &Camera, aspect: f32, (near, far): (f32, f32), side: usize, bits: usize) -> Self {
         let forward = (camera.target - camera.eye).normalize_or(Vec3::NEG_Z);
         let right =
@@ -70,17 +70,17 @@ impl Frustum {
         self.turn(point.as_dvec3() - self.eye.as_dvec3())
     }
 
-    /// Slices a metre of depth.
+    /// Slices per metre of depth.
     pub fn slices(&self) -> f64 {
         self.bits as f64 / (f64::from(self.far) - f64::from(self.near))
     }
 
-    /// Whether homogeneous coordinates lie in the grid, borders included.
+    /// True if homogeneous coordinates lie in the grid, borders included.
     pub(super) fn holds(&self, p: DVec3) -> bool {
         self.sides(p).iter().all(|&side| side >= 0.0)
     }
 
-    /// The voxel with these homogeneous coordinates: column, row and slice.
+    /// Voxel with these homogeneous coordinates: column, row and slice.
     pub(super) fn voxel(&self, p: DVec3) -> Option<[usize; 3]> {
         if !self.holds(p) {
             return None;
@@ -90,7 +90,7 @@ impl Frustum {
         Some([texel(p.x), texel(p.y), slice.min(self.bits - 1)])
     }
 
-    /// The eight corners of a voxel, world space.
+    /// Eight corners of a voxel, world space.
     pub(super) fn corners(&self, [column, row, slice]: [usize; 3]) -> [Vec3; 8] {
         let middle = self.side as f32 * 0.5;
         std::array::from_fn(|corner| {
@@ -101,7 +101,7 @@ impl Frustum {
         })
     }
 
-    /// The part of a segment that lies in the grid.
+    /// Part of a segment that lies in the grid.
     pub(super) fn part(&self, from: Vec3, to: Vec3) -> Option<(Vec3, Vec3)> {
         let (mut enter, mut leave) = (0.0f64, 1.0f64);
         for (first, second) in self.sides(self.place(from)).into_iter().zip(self.sides(self.place(to))) {
@@ -116,15 +116,17 @@ impl Frustum {
         (enter < leave).then(|| (from.lerp(to, enter as f32), from.lerp(to, leave as f32)))
     }
 
-    /// Signed distances, each in a measure of its own, of homogeneous coordinates to the grid's six sides: negative outside.
+    /// Signed distances, each in its own unit, of homogeneous coordinates to the grid's six sides: negative
+    /// outside.
     #[inline(always)]
     pub(super) fn sides(&self, p: DVec3) -> [f64; 6] {
         let widest = self.side as f64 * p.z;
         [p.z - f64::from(self.near), f64::from(self.far) - p.z, p.x, widest - p.x, p.y, widest - p.y]
     }
 
-    /// Width of a voxel around `point` along a unit vector: a plane with this normal that touches the voxel is nowhere in
-    /// it farther than this from any of its points. Points in front of the grid or behind it are treated as on its border.
+    /// Width of a voxel around `point` along a unit vector: no point of the voxel is farther than this from a
+    /// plane with this normal that touches the voxel. Points in front of the grid or behind it are treated as
+    /// on its border.
     pub fn width_along(&self, point: Vec3, normal: Vec3) -> f32 {
         let seen = point - self.eye;
         let depth = self.forward.dot(seen).max(self.near);
@@ -134,11 +136,12 @@ impl Frustum {
     }
 }
 
-/// Depths between which the grid lies, or `None` where the image has no receiver.
+/// Depth range of the grid, or `None` where the image has no receiver.
 ///
-/// The nearest is the depth of the nearest receiver: what lies nearer and in view would itself be the nearest receiver,
-/// unless it is so thin that it falls between pixel centres. The farthest is the depth of the farthest receiver or, where
-/// it is deeper, of the deepest corner of a light, since no shadow ray goes farther; but never beyond the last triangle.
+/// The near end is the depth of the nearest receiver: geometry nearer and in view would itself be the nearest
+/// receiver, unless it is so thin that it falls between pixel centres. The far end is the depth of the
+/// farthest receiver or, where it is deeper, of the deepest corner of a light, since no shadow ray goes
+/// farther; but never beyond the last triangle.
 pub(super) fn depth_range(frame: &Frame) -> Option<(f32, f32)> {
     let depths = frame.gbuffer.depth.iter().filter(|depth| depth.is_finite());
     let (mut near, mut far) =
@@ -156,8 +159,8 @@ pub(super) fn depth_range(frame: &Frame) -> Option<(f32, f32)> {
     if lights > far {
         far = far.max(lights.min(deepest(&frame.scene.mesh.positions)));
     }
-    // Room for rounding; and a wall that faces the camera has no depth of its own: slices much thinner than its
-    // distance's last place could not be told apart.
+    // Margin for rounding. A wall that faces the camera has no depth extent, and slices much thinner than a
+    // unit in the last place of its depth could not be distinguished.
     far *= 1.0 + 1e-4;
     near = (near * (1.0 - 1e-4)).clamp(far * 1e-5, far * (1.0 - 1.0 / 64.0));
     (near < far && far.is_finite()).then_some((near, far))

@@ -1,16 +1,17 @@
-//! The grid itself: one bit a voxel, and coarser copies to tell empty space by.
+//! Voxel grid with one bit per voxel, and coarser copies for empty-space skipping.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-/// Bits of square levels. Level 0 has one texel a column of voxels; every other level has half the texels of the one
-/// before, each the union of four. Slices are words of 64 bits, the nearest lowest.
+/// Bits of square levels. Level 0 has one texel per column of voxels; every other level has half the texels
+/// per side of the one before, each the union of four. Slices are words of 64 bits, the nearest in the lowest
+/// bit.
 #[derive(Debug)]
 pub(super) struct Grid {
     words: Vec<AtomicU64>,
     levels: Vec<Level>,
-    /// Words a texel.
+    /// Words per texel.
     depth: usize,
     bits: usize,
 }
@@ -18,12 +19,12 @@ pub(super) struct Grid {
 #[derive(Clone, Copy, Debug)]
 struct Level {
     side: usize,
-    /// Index of its first word.
+    /// Index of the level's first word.
     first: usize,
 }
 
 impl Grid {
-    /// An empty grid.
+    /// Creates an empty grid.
     pub(super) fn new(side: usize, bits: usize) -> Self {
         let depth = bits.div_ceil(64);
         let mut levels = vec![Level { side, first: 0 }];
@@ -39,22 +40,22 @@ impl Grid {
         Self { words, levels, depth, bits }
     }
 
-    /// Texels a side.
+    /// Texels per side.
     pub(super) fn side(&self) -> usize {
         self.levels[0].side
     }
 
-    /// Slices.
+    /// Number of slices.
     pub(super) fn bits(&self) -> usize {
         self.bits
     }
 
-    /// Bytes held.
+    /// Memory held, bytes.
     pub(super) fn bytes(&self) -> usize {
         self.words.capacity() * 8 + self.levels.capacity() * size_of::<Level>()
     }
 
-    /// Unsets every voxel.
+    /// Clears every voxel.
     pub(super) fn clear(&mut self) {
         self.words.par_iter_mut().with_min_len(1 << 14).for_each(|word| *word.get_mut() = 0);
     }
@@ -73,7 +74,7 @@ impl Grid {
         }
     }
 
-    /// Whether any voxel of a texel of level 0 is set between two slices, both included.
+    /// True if any voxel of a texel of level 0 is set between two slices, both included.
     #[inline(always)]
     pub(super) fn meets(&self, texel: usize, low: usize, high: usize) -> bool {
         let base = texel * self.depth;
@@ -86,13 +87,13 @@ impl Grid {
             .any(|word| self.words[base + word].load(Ordering::Relaxed) & span(low, high, word) != 0)
     }
 
-    /// The first set slice of a texel on the way from `from` to `to`, both included.
+    /// First set slice of a texel in the order from `from` to `to`, both included.
     pub(super) fn first_set(&self, texel: usize, from: usize, to: usize) -> Option<usize> {
         let set = |slice: &usize| self.meets(texel, *slice, *slice);
         if from <= to { (from..=to).find(set) } else { (to..=from).rev().find(set) }
     }
 
-    /// Brings the coarser levels up to date.
+    /// Rebuilds the coarser levels.
     pub(super) fn build_levels(&self) {
         for pair in self.levels.windows(2) {
             let [fine, coarse] = [pair[0], pair[1]];
@@ -114,12 +115,12 @@ impl Grid {
         }
     }
 
-    /// Whether no voxel of a box, its last texels and slices included, is set. A box with few set voxels near it may be
-    /// called not empty as well.
+    /// True if no voxel of a box, its last texels and slices included, is set. Conservative: may return false
+    /// for an empty box that has set voxels nearby.
     #[inline(always)]
     pub(super) fn is_empty(&self, low: [usize; 3], high: [usize; 3]) -> bool {
         let widest = (high[0] - low[0]).max(high[1] - low[1]);
-        // At most five texels a side: fewer would be larger and seldom empty.
+        // At most five texels per side: fewer would be larger and seldom empty.
         let level = (usize::BITS - (widest / 4).leading_zeros()) as usize;
         let Level { side, first } = self.levels[level.min(self.levels.len() - 1)];
         for word in low[2] / 64..high[2] / 64 + 1 {
@@ -144,8 +145,8 @@ impl Grid {
     }
 }
 
-/// The bits of word `word` between slices `low` and `high`, both included; one of them lies in the word or the word
-/// between them.
+/// Bits of word `word` between slices `low` and `high`, both included; one of them lies in the word or the
+/// word lies between them.
 #[inline(always)]
 fn span(low: usize, high: usize, word: usize) -> u64 {
     let from = u64::MAX << low.saturating_sub(word * 64);

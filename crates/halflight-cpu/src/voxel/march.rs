@@ -1,8 +1,8 @@
-//! Rays through the grid, sixteen side by side.
+//! Traversal of the grid by sixteen rays in parallel.
 //!
-//! A ray is straight in the image, so it is followed from texel to texel there, and its range of depths in each texel is
-//! tested against the slices at once. 1 / depth is linear along the image, so the depth at every border is known exactly:
-//! together the tested slices are the voxels that the ray passes, neither more nor fewer.
+//! A ray is straight in the image, so it is followed from texel to texel there, and its depth range in each
+//! texel is tested against the slices at once. 1 / depth is linear along the image, so the depth at every
+//! border is known exactly: together the tested slices are exactly the voxels that the ray passes.
 
 use glam::Vec3;
 use halflight_core::light::AreaLight;
@@ -13,17 +13,17 @@ use super::frustum::Frustum;
 use crate::samples::LANES;
 use crate::simd::Lanes;
 
-/// One number a ray.
+/// One number per ray.
 type Lane = [f32; LANES];
 
-/// The grid's measures in the precision of rays.
+/// Dimensions of the grid in the precision of rays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measures {
     pub(super) side: f32,
     pub(super) slices: f32,
     pub(super) near: f32,
     pub(super) far: f32,
-    /// Slices a metre.
+    /// Slices per metre.
     pub(super) density: f32,
 }
 
@@ -45,7 +45,8 @@ pub(super) struct Rays<'a> {
     pub(super) ends: &'a [Lane; 3],
 }
 
-/// A light in homogeneous coordinates. Turning is linear, so points on it are those of the light in the world.
+/// Light in homogeneous coordinates. The transformation is linear, so points on it correspond to those of the
+/// light in the world.
 pub fn turned(frustum: &Frustum, light: &AreaLight) -> AreaLight {
     let turn = |v: Vec3| frustum.turn(v.as_dvec3()).as_vec3();
     AreaLight {
@@ -56,8 +57,8 @@ pub fn turned(frustum: &Frustum, light: &AreaLight) -> AreaLight {
     }
 }
 
-/// The `active` rays that `meets` says yes to somewhere in a run. It is asked with a ray, the texel it is in, and the
-/// first and last slice it passes there or that are to be tested for it.
+/// Mask of the `active` rays for which `meets` returns true somewhere in a run. Its arguments are a ray, a
+/// texel that the ray passes, and the first and last slice to test there.
 #[inline(always)]
 pub(super) fn march<L: Lanes>(
     traversal: Traversal,
@@ -85,7 +86,7 @@ pub(super) fn march<L: Lanes>(
     met
 }
 
-/// As many rays as fit a vector, and the part of them to follow.
+/// As many rays as fit a vector, and the part of them to traverse.
 struct Part<'a, L> {
     measures: &'a Measures,
     origin: [L; 3],
@@ -93,25 +94,25 @@ struct Part<'a, L> {
     run: Run,
 }
 
-/// Rays on one axis of the image, in texels.
+/// Traversal state of rays along one axis of the image, in texels.
 #[derive(Clone, Copy)]
 struct Axis<L> {
-    /// Where they start.
+    /// Start of each ray.
     start: L,
-    /// 1 / how far they go.
+    /// Reciprocal of the ray's extent along the axis.
     inverse: L,
-    /// The next border.
+    /// Next border.
     border: L,
-    /// Borders to go.
+    /// Number of borders left.
     left: L,
-    /// From one border to the next: 1 or -1.
+    /// Step from one border to the next: 1 or -1.
     ahead: L,
-    /// From one texel's index to the next one's.
+    /// Step from one texel's index to the next one's.
     stride: L,
 }
 
 impl<L: Lanes> Axis<L> {
-    /// Rays from `start` to `end`, and the texel that they start in.
+    /// State for rays from `start` to `end`, and the texels in which they start.
     #[inline(always)]
     fn new(start: L, end: L, side: f32, pitch: f32) -> (Self, L) {
         let (zero, one, last) = (L::splat(0.0), L::splat(1.0), L::splat(side - 1.0));
@@ -129,14 +130,14 @@ impl<L: Lanes> Axis<L> {
         (axis, first.mul(L::splat(pitch)))
     }
 
-    /// The part of its way after which a ray crosses its next border; infinite when there is none.
+    /// Ray parameter at which a ray crosses its next border; infinite if there is none.
     #[inline(always)]
     fn next(&self) -> L {
         let more = L::splat(0.0).lt(self.left);
         L::splat(f32::INFINITY).select(more, self.border.sub(self.start).mul(self.inverse))
     }
 
-    /// Goes on to the next texel where `mask` has a bit.
+    /// Advances to the next texel in the lanes of `mask`.
     #[inline(always)]
     fn advance(&mut self, mask: u32, texel: &mut L) {
         let zero = L::splat(0.0);
@@ -146,16 +147,17 @@ impl<L: Lanes> Axis<L> {
     }
 }
 
-/// Added to a whole number from 0 to below 2^23, leaves that number in the lowest bits: vectors have no conversion.
+/// Number that, added to an integer from 0 to below 2^23, leaves that integer in the lowest bits: vectors
+/// have no conversion.
 pub(super) const NUMBER: f32 = 8_388_608.0;
 
-/// The whole number that [`NUMBER`] was added to.
+/// Integer that [`NUMBER`] was added to.
 #[inline(always)]
 pub(super) fn whole(sum: f32) -> usize {
     (sum.to_bits() & 0x7f_ffff) as usize
 }
 
-/// The greatest whole number that is not above `x`, for 0 <= x < 2^22.
+/// Largest integer that is not above `x`, for 0 <= x < 2^22.
 #[inline(always)]
 pub(super) fn floor<L: Lanes>(x: L) -> L {
     let number = L::splat(NUMBER);
@@ -164,7 +166,7 @@ pub(super) fn floor<L: Lanes>(x: L) -> L {
 }
 
 impl<L: Lanes> Part<'_, L> {
-    /// Points at a part of the rays' length.
+    /// Points of the rays at a parameter.
     #[inline(always)]
     fn at(&self, t: f32) -> [L; 3] {
         [0, 1, 2].map(|axis| {
@@ -173,7 +175,7 @@ impl<L: Lanes> Part<'_, L> {
         })
     }
 
-    /// Slice at a depth, with its fraction, no farther than the grid reaches.
+    /// Slice at a depth, with its fraction, clamped to the grid.
     #[inline(always)]
     fn slice(&self, depth: L) -> L {
         let Measures { near, density, slices, .. } = *self.measures;
@@ -181,7 +183,7 @@ impl<L: Lanes> Part<'_, L> {
         slice.max(L::splat(0.0)).min(L::splat(slices - 1.0))
     }
 
-    /// Exact traversal: every voxel that a ray passes.
+    /// Exact traversal: tests every voxel that a ray passes.
     #[inline(always)]
     fn walk(&self, mut active: u32, mut meets: impl FnMut(usize, usize, usize, usize) -> bool) -> u32 {
         let (mut a, mut b) = (self.at(self.run.from), self.at(self.run.to));
@@ -222,7 +224,7 @@ impl<L: Lanes> Part<'_, L> {
         met
     }
 
-    /// Shortens segments to the grid and returns those of which something is left.
+    /// Clips segments to the grid and returns the mask of those that are not empty.
     #[inline(always)]
     fn clip(&self, a: &mut [L; 3], b: &mut [L; 3]) -> u32 {
         let Measures { side, near, far, .. } = *self.measures;
@@ -250,7 +252,8 @@ impl<L: Lanes> Part<'_, L> {
         enter.le(leave) & !gone
     }
 
-    /// Samples at equal distances from the origin to the end, the first half a distance from the origin.
+    /// Tests samples at equal distances from the origin to the end; the first is half a distance from the
+    /// origin.
     #[inline(always)]
     fn step(
         &self,

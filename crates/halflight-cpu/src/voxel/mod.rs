@@ -1,9 +1,10 @@
-//! The `voxel` visibility backend: rays marched through a coarse bit grid over the view frustum (Nichols10 §3.3).
+//! The `voxel` visibility backend: rays marched through a coarse bit grid over the view frustum (Nichols10
+//! §3.3).
 //!
-//! [`prepare`](Visibility::prepare) rasterizes every triangle into the grid once a frame (`rasterize`); batches march
-//! their rays through it (`march`), but for those parts of the way to the light where the grid is empty for all samples
-//! alike (`fan`). Answers are approximate: [`error_map`] tells where and why they differ from the truth. Whatever lies
-//! outside the grid, out of view, casts no shadow.
+//! [`prepare`](Visibility::prepare) rasterizes every triangle into the grid once per frame (`rasterize`).
+//! Batches march their rays through it (`march`), except for those parts of the way to the light where the
+//! grid is empty for all samples (`fan`). Masks are approximate: [`error_map`] tells where and why they
+//! differ from exact ones. Geometry outside the grid, out of view, casts no shadow.
 
 mod config;
 pub mod error_map;
@@ -34,7 +35,7 @@ use fan::Run;
 use grid::Grid;
 use march::{Measures, Rays};
 
-/// Queries that one task answers.
+/// Number of queries that one task answers.
 const CHUNK: usize = 64;
 
 /// Approximate visibility by voxel marching.
@@ -42,44 +43,45 @@ const CHUNK: usize = 64;
 pub struct Voxels {
     config: VoxelConfig,
     grid: Grid,
-    /// What the grid covers; `None` before the first frame and where no pixel sees anything.
+    /// Frustum of the grid; `None` before the first frame and where no pixel sees geometry.
     frustum: Option<Frustum>,
     isa: Isa,
 }
 
 impl Voxels {
-    /// A backend with an empty grid.
+    /// Creates a backend with an empty grid.
     ///
     /// # Errors
-    /// A constant is out of range.
+    /// An error if an option is out of range.
     pub fn new(config: VoxelConfig) -> Result<Self, VoxelError> {
         config.validate()?;
         let grid = Grid::new(config.resolution as usize, config.depth_bits as usize);
         Ok(Self { config, grid, frustum: None, isa: Isa::best() })
     }
 
-    /// Its constants.
+    /// Options of the backend.
     pub fn config(&self) -> VoxelConfig {
         self.config
     }
 
-    /// What the grid covers; `None` before the first frame and where no pixel sees anything.
+    /// Frustum of the grid; `None` before the first frame and where no pixel sees geometry.
     pub fn frustum(&self) -> Option<&Frustum> {
         self.frustum.as_ref()
     }
 
-    /// All voxels, a bit each: texels row by row, slices in words from the nearest on, the lowest bit first.
+    /// All voxels, one bit each: texels row by row, slices in words from the nearest on, the lowest bit
+    /// first.
     pub fn words(&self) -> Vec<u64> {
         self.grid.to_words()
     }
 
-    /// The same backend with another instruction set: the same answers, for comparison.
+    /// Selects another instruction set; the masks are identical. For comparison.
     #[must_use]
     pub fn with_isa(self, isa: Isa) -> Self {
         Self { isa, ..self }
     }
 
-    /// How rays to a light go, or `None` where nothing stops any.
+    /// Data that rays to a light share, or `None` where nothing can stop any ray.
     fn course(&self, light: &AreaLight) -> Option<Course<'_>> {
         let frustum = self.frustum.as_ref()?;
         let normal = light.normal();
@@ -140,42 +142,43 @@ impl Visibility for Voxels {
     }
 }
 
-/// How far off surfaces rays start beside the bias, for the largest coordinate: places among voxels are wrong by that much far
-/// from the origin, where a voxel is little more.
+/// Offset of ray origins from surfaces in addition to the bias, relative to the largest coordinate: the
+/// rounding error of voxel coordinates, which matters far from the origin where a voxel is little larger.
 const ROUNDING: f32 = 1.0 / 4_194_304.0;
 
-/// All that rays to one light share.
+/// Data that all rays to one light share.
 struct Course<'a> {
     grid: &'a Grid,
     frustum: &'a Frustum,
     measures: Measures,
     config: VoxelConfig,
-    /// The light in homogeneous coordinates.
+    /// Light in homogeneous coordinates.
     light: AreaLight,
-    /// A point of the light, world space.
+    /// Point of the light, world space.
     place: Vec3,
-    /// Of the light, world space.
+    /// Normal of the light, world space.
     normal: Vec3,
     turned_normal: Vec3,
-    /// How far rays end before the light's plane, metres.
+    /// Distance before the light's plane at which rays end, metres.
     clearance: f32,
 }
 
 impl Course<'_> {
-    /// Origin of a receiver's rays, off its surface by the bias, and the light off its plane, in homogeneous coordinates.
+    /// Origin of a receiver's rays, offset from its surface by the bias, and the light offset from its plane,
+    /// in homogeneous coordinates.
     #[inline(always)]
     fn ends(&self, origin: Vec3, normal: Vec3) -> (Vec3, AreaLight) {
         let rounding = origin.abs().max_element() * ROUNDING;
         let start =
             origin + normal * (self.config.bias * self.frustum.width_along(origin, normal) + rounding);
-        // A receiver close to the light's plane must not end up behind it.
+        // A receiver close to the light's plane must not end up behind the offset light.
         let height = self.normal.dot(origin - self.place);
         let lift = self.clearance.min(height.abs() * 0.5).copysign(height);
         let light = AreaLight { corner: self.light.corner + self.turned_normal * lift, ..self.light };
         (self.frustum.place(start).as_vec3(), light)
     }
 
-    /// The `active` rays that `meets` says yes to somewhere in a run; see [`march::march`].
+    /// Mask of the `active` rays for which `meets` returns true somewhere in a run; see [`march::march`].
     #[inline(always)]
     fn march<S: Simd>(
         &self,

@@ -1,8 +1,9 @@
-//! Triangles into the grid, conservatively: every voxel that a triangle touches is set.
+//! Conservative rasterization of triangles into the grid: every voxel that a triangle touches is set.
 //!
-//! A triangle is clipped to the frustum in homogeneous coordinates, projected, cut into the rows of the grid and each
-//! strip into texels; the depths of what is left of it there are the slices to set. That needs no plane and no area, so
-//! triangles that are thin, seen edge-on or cross the eye's plane are no special case.
+//! A triangle is clipped to the frustum in homogeneous coordinates, projected, and cut into the rows of the
+//! grid and each strip into texels; the depth range of each part gives the slices to set. This needs neither
+//! a plane nor an area: triangles that are thin, seen edge-on or crossing the eye's plane are no special
+//! cases.
 
 use glam::DVec3;
 use halflight_core::scene::Mesh;
@@ -11,16 +12,17 @@ use rayon::prelude::*;
 use super::frustum::Frustum;
 use super::grid::Grid;
 
-/// Three corners, and one more for each plane that may cut one off: six of the frustum, four of a texel.
+/// Most corners of a clipped triangle: three, and one more for each plane that may cut one off, six of the
+/// frustum and four of a texel.
 const CORNERS: usize = 13;
 
-/// How far beyond its border a voxel reaches, in voxels: far more than rounding moves a point that lies on one.
+/// Margin of a voxel beyond its border, in voxels: far more than rounding moves a point on the border.
 const SLACK: f64 = 1e-6;
 
-/// Triangles that one task takes.
+/// Number of triangles that one task takes.
 const CHUNK: usize = 256;
 
-/// A convex polygon, maybe without area.
+/// Convex polygon, possibly without area.
 #[derive(Clone, Copy)]
 struct Polygon {
     corners: [DVec3; CORNERS],
@@ -35,15 +37,15 @@ impl Polygon {
     }
 
     fn push(&mut self, corner: DVec3) {
-        // Rounding can make a polygon slightly concave and cut off more corners than planes allow; what is dropped then
-        // lies within rounding of its neighbours.
+        // Rounding can make a polygon slightly concave and cut off more corners than there are planes; a
+        // corner that is dropped then lies within rounding of its neighbours.
         if self.count < CORNERS {
             self.corners[self.count] = corner;
             self.count += 1;
         }
     }
 
-    /// The part where `side` is not negative; `side` is affine.
+    /// Part where `side` is not negative; `side` is affine.
     #[inline(always)]
     fn clip(&self, side: impl Fn(DVec3) -> f64) -> Self {
         let mut out = Self::EMPTY;
@@ -62,7 +64,7 @@ impl Polygon {
         out
     }
 
-    /// The part between two values of a coordinate.
+    /// Part between two values of a coordinate.
     #[inline(always)]
     fn between(&self, axis: usize, low: f64, high: f64) -> Self {
         self.clip(|p| p[axis] - low).clip(|p| high - p[axis])
@@ -76,7 +78,7 @@ impl Polygon {
     }
 }
 
-/// Sets every voxel that a triangle of the mesh touches. OR does not care about order, so neither does the result about
+/// Sets every voxel that a triangle of the mesh touches. OR is commutative, so the result does not depend on
 /// the number of threads.
 pub(super) fn rasterize(grid: &Grid, frustum: &Frustum, mesh: &Mesh) {
     mesh.triangles.par_chunks(CHUNK).for_each(|triangles| {
@@ -119,7 +121,7 @@ fn triangle_into(grid: &Grid, frustum: &Frustum, corners: [DVec3; 3]) {
     }
 }
 
-/// The part of a triangle inside the frustum, or `None`.
+/// Part of a triangle inside the frustum, or `None`.
 fn clip_to(frustum: &Frustum, corners: [DVec3; 3]) -> Option<Polygon> {
     let outside = corners.map(|corner| {
         frustum

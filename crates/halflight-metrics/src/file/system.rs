@@ -4,7 +4,7 @@ use std::fs::{File, Metadata, OpenOptions};
 use std::io;
 use std::path::Path;
 
-/// Creates a file, which nobody may read who may not read the file `old` whose place it is to take.
+/// Creates a file that is readable only by those who may read the file `old`, which it is to replace.
 #[cfg(unix)]
 pub(super) fn new_file(path: &Path, old: Option<&Metadata>) -> io::Result<File> {
     use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
@@ -17,14 +17,15 @@ pub(super) fn new_file(path: &Path, _: Option<&Metadata>) -> io::Result<File> {
     OpenOptions::new().write(true).create_new(true).open(path)
 }
 
-/// Tells whether a new file can take the place of the file at `path` and keep its owner, hard links and attributes.
+/// True if a new file can replace the file at `path` and keep its owner, hard links and attributes.
 #[cfg(unix)]
 pub(super) fn may_replace(new: &Metadata, path: &Path, old: &Metadata) -> bool {
     use std::os::unix::fs::MetadataExt;
     (new.uid(), new.gid(), 1) == (old.uid(), old.gid(), old.nlink()) && !has_attributes(path)
 }
 
-/// Tells whether access control lists or other attributes are attached to a file: their names do not fit into one byte.
+/// True if access control lists or other attributes are attached to a file: their names do not fit into one
+/// byte.
 #[cfg(target_os = "linux")]
 fn has_attributes(path: &Path) -> bool {
     rustix::fs::listxattr(path, &mut [0]) == Err(rustix::io::Errno::RANGE)
@@ -40,7 +41,8 @@ pub(super) fn may_replace(_: &Metadata, _: &Path, _: &Metadata) -> bool {
     true
 }
 
-/// Tells whether two paths lead to one file or pipe. Devices keep nothing that could be lost and are never the same.
+/// True if two paths lead to one file or pipe. Devices keep no content that could be lost and are never
+/// equal.
 #[cfg(unix)]
 pub(super) fn is_same_file(a: &Path, b: &Path) -> bool {
     use std::os::unix::fs::{FileTypeExt, MetadataExt};

@@ -1,4 +1,4 @@
-//! What moves in a scene: the camera, lights and meshes along paths of keys, and meshes that sway.
+//! Animation of scenes: the camera, lights and meshes move along keyframed paths, and meshes sway.
 
 mod place;
 mod read;
@@ -18,29 +18,31 @@ use place::Path;
 use sway::Sway;
 use track::{Mix, Track};
 
-/// How a scene changes with time: the `[animation]` of its file.
+/// Animation of a scene: the `[animation]` of its file.
 ///
-/// Time 0 is the scene as it stands. Between keys everything goes evenly (angles as well), after the last it stays.
+/// Time 0 is the scene as it is loaded. Values, angles included, are interpolated linearly between keys, and
+/// constant after the last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Animation {
     camera: Option<Track<Camera>>,
-    /// A light's index and its path.
+    /// Index of a light, and its path.
     lights: Vec<(usize, Path)>,
     meshes: Vec<MeshMotion>,
 }
 
-/// A mesh of the scene file in motion: it sways, then goes along its path.
+/// Motion of a mesh of the scene file: it sways, then moves along its path.
 #[derive(Clone, Debug, PartialEq)]
 struct MeshMotion {
-    /// Its vertices in the scene's mesh.
+    /// Range of its vertices in the scene's mesh.
     vertices: Range<usize>,
     sway: Option<Sway>,
     path: Option<Path>,
 }
 
 impl Animation {
-    /// The scene at `time`, in seconds; `still` is the scene that the animation was loaded with. Vertices, triangles and
-    /// materials keep their numbers, so that a hierarchy over the triangles can be refitted; normals follow exactly.
+    /// Scene at `time`, in seconds; `still` is the scene that the animation was loaded with. Vertices,
+    /// triangles and materials keep their indices, so that a BVH over the triangles can be refitted; normals
+    /// are transformed exactly.
     pub fn at(&self, still: &Scene, time: f32) -> Scene {
         let mut scene = still.clone();
         if let Some(track) = &self.camera {
@@ -59,12 +61,12 @@ impl Animation {
         scene
     }
 
-    /// Whether any triangle moves.
+    /// True if any triangle moves.
     pub fn moves_triangles(&self) -> bool {
         !self.meshes.is_empty()
     }
 
-    /// Time of the last key, seconds; 0 where there are none. Swaying goes on for ever.
+    /// Time of the last key, seconds; 0 where there are none. Swaying never ends.
     pub fn last_key(&self) -> f32 {
         let paths = self.meshes.iter().filter_map(|motion| motion.path.as_ref());
         let paths = self.lights.iter().map(|(_, path)| path).chain(paths).map(Path::end);
@@ -73,7 +75,7 @@ impl Animation {
 }
 
 impl fmt::Display for Animation {
-    /// What moves, and until when: `camera, 1 light; last key at 8 s`.
+    /// Summary of the moving objects and the last key: `camera, 1 light; last key at 8 s`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let count = |count: usize, one: &str, many: &str| match count {
             0 => None,
@@ -96,7 +98,7 @@ impl fmt::Display for Animation {
 impl MeshMotion {
     fn apply(&self, time: f32, mesh: &mut Mesh) {
         let vertices = self.vertices.clone();
-        // Another scene than the animation's may be shorter.
+        // A scene other than the animation's own may be shorter.
         let (Some(positions), Some(normals)) =
             (mesh.positions.get_mut(vertices.clone()), mesh.normals.get_mut(vertices))
         else {

@@ -4,24 +4,25 @@ use glam::{DMat3, DVec3, Vec3};
 
 use super::track::{Mix, Track};
 
-/// Differences of what stays below it are finite in single precision.
+/// Bound on coordinates: their differences are finite in single precision.
 pub(super) const LIMIT: f64 = f32::MAX as f64 / 4.0;
 
-/// Where a body is, relative to where it stands in the scene: turned about an axis through a pivot, then moved.
+/// Pose of a body relative to its pose in the scene: a rotation about an axis through a pivot, then a
+/// translation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Key {
     pub(super) translate: Vec3,
-    /// Counter-clockwise as seen from the tip of the axis.
+    /// Angle, counter-clockwise as seen from the tip of the axis.
     pub(super) rotate_deg: f32,
 }
 
-/// A rigid body's way.
+/// Path of a rigid body.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Path {
     pub(super) track: Track<Key>,
-    /// Unit.
+    /// Rotation axis, unit length.
     pub(super) axis: DVec3,
-    /// World space.
+    /// Point on the axis, world space.
     pub(super) pivot: Vec3,
 }
 
@@ -42,7 +43,7 @@ impl Mix for Key {
 }
 
 impl Path {
-    /// The motion from the still scene to `time`; none where the body is where it stands, bit for bit.
+    /// Motion from the scene at time 0 to `time`; none where the body has not moved, bit for bit.
     pub(super) fn at(&self, time: f32) -> Option<Rigid> {
         let key = self.track.at(time);
         (key != Key::default()).then(|| Rigid {
@@ -57,7 +58,7 @@ impl Path {
         self.track.end()
     }
 
-    /// Whether the corners of a box stay within single precision, wherever they are turned to.
+    /// True if the corners of a box stay within single precision at all keys and under any rotation.
     pub(super) fn stays_finite(&self, low: Vec3, high: Vec3) -> bool {
         let pivot = self.pivot.as_dvec3();
         let [low, high] = [low, high].map(|corner| (corner.as_dvec3() - pivot).abs());

@@ -1,4 +1,4 @@
-//! The `[animation]` of a scene file.
+//! Reader of the `[animation]` of a scene file.
 
 use std::ops::Range;
 
@@ -15,20 +15,20 @@ use crate::error::SceneError;
 use crate::file::{read_view, tables};
 use crate::section::{Found, Section, Source};
 
-/// An animation as the file has it, before there are meshes to move.
+/// Animation as written in the file, before meshes are loaded.
 pub(crate) struct AnimationEntry {
     camera: Option<Track<Camera>>,
     lights: Vec<Body>,
     meshes: Vec<Body>,
 }
 
-/// What a `[[animation.light]]` or `[[animation.mesh]]` says.
+/// Content of an `[[animation.light]]` or `[[animation.mesh]]`.
 struct Body {
-    /// Its number in the file, from 0.
+    /// Index of the light or mesh in the file, from 0.
     index: usize,
     track: Option<Track<Key>>,
     axis: DVec3,
-    /// The middle of the body where left out.
+    /// Pivot of rotations; the centre of the body if left out.
     pivot: Option<Vec3>,
     sway: Option<SwayEntry>,
     line: usize,
@@ -37,13 +37,13 @@ struct Body {
 struct SwayEntry {
     amplitude: Vec3,
     period: f32,
-    /// The lowest vertex where left out.
+    /// Height of the foot; the lowest vertex if left out.
     foot: Option<f32>,
     line: usize,
 }
 
 impl AnimationEntry {
-    /// Reads the section of a file that has this camera and this many lights and meshes.
+    /// Reads the section of a file with this camera and these numbers of lights and meshes.
     pub(crate) fn read(
         mut section: Section<'_>,
         camera: &Camera,
@@ -69,7 +69,7 @@ impl AnimationEntry {
         Ok(entry)
     }
 
-    /// The animation of these lights and of this mesh, where the file's meshes have these vertices.
+    /// Animation of these lights and this mesh, given the vertex ranges of the file's meshes.
     pub(crate) fn place(
         self,
         source: Source<'_>,
@@ -95,7 +95,7 @@ impl AnimationEntry {
 }
 
 impl Body {
-    /// Its path, where it has one; the body stands in this box.
+    /// Path of the body, if it has one; `low` and `high` are its bounding box.
     fn path(self, source: Source<'_>, kind: &str, low: Vec3, high: Vec3) -> Result<Option<Path>, SceneError> {
         let pivot = self.pivot.unwrap_or(low + (high - low) * 0.5);
         let path = self.track.map(|track| Path { track, axis: self.axis, pivot });
@@ -111,7 +111,7 @@ impl Body {
 }
 
 impl SwayEntry {
-    /// The swaying of a mesh that stands in this box.
+    /// Swaying of a mesh with this bounding box.
     fn place(self, source: Source<'_>, low: Vec3, high: Vec3) -> Result<Sway, SceneError> {
         let foot = self.foot.unwrap_or(low.y);
         let height = high.y - foot;
@@ -144,7 +144,7 @@ fn read_camera(mut section: Section<'_>, still: &Camera) -> Result<Track<Camera>
     Ok(Track::new(*still, keys))
 }
 
-/// All bodies of a kind, of which the file has `count`.
+/// Reads all bodies of a kind, of which the file has `count`.
 fn read_bodies(section: &mut Section<'_>, kind: &'static str, count: usize) -> Result<Vec<Body>, SceneError> {
     let mut bodies: Vec<Body> = Vec::new();
     for body in tables(section, kind, &format!("animation.{kind}"))? {
@@ -216,7 +216,7 @@ fn read_sway(mut section: Section<'_>) -> Result<SwayEntry, SceneError> {
     Ok(SwayEntry { amplitude: amplitude.value, period: period.value, foot, line: section.line })
 }
 
-/// The keys of a track, if it has any; each is read with what came before it.
+/// Reads the keys of a track, if any; each key inherits values from the one before it.
 fn read_keys<'a, T: Copy>(
     section: &mut Section<'a>,
     title: &str,
@@ -233,7 +233,7 @@ fn read_keys<'a, T: Copy>(
     for item in items {
         let mut key = Section::new(section.source, title, item)?;
         let (after, before) = keys.last().copied().unwrap_or((0.0, *first));
-        // Unknown keys first: a misspelt time is not a missing one.
+        // Unknown keys are reported first: a misspelt time is not a missing one.
         let value = read(&mut key, &before)?;
         let time = key.number("time")?;
         let time = key.require("time", "4", time)?;

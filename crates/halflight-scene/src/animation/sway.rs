@@ -1,24 +1,24 @@
-//! Swaying: a bend to the side that grows with the square of the height.
+//! Swaying: a horizontal displacement that grows with the square of the height.
 
 use std::f64::consts::TAU;
 
 use glam::{DVec3, Vec3};
 
-/// Wind in a tree. Points are moved horizontally, so that no triangle loses its area; lengths along the trunk stay up
-/// to the square of amplitude over height.
+/// Swaying of a mesh, such as a tree in the wind. Points move horizontally, so no triangle loses its area;
+/// lengths along the trunk are preserved to first order in amplitude over height.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Sway {
-    /// How far the highest vertex goes to one side, horizontal, metres.
+    /// Displacement of the highest vertex at full swing, horizontal, metres.
     pub(super) amplitude: Vec3,
-    /// Of one swing to both sides, seconds.
+    /// Duration of one swing to both sides, seconds.
     pub(super) period: f32,
     /// Height below which nothing moves, world space, metres.
     pub(super) foot: f32,
-    /// From there to the highest vertex, metres.
+    /// Height of the highest vertex above the foot, metres.
     pub(super) height: f32,
 }
 
-/// A swaying body at one time.
+/// Displacement of a swaying body at one time.
 pub(super) struct Bend {
     /// Displacement of the highest vertex.
     top: DVec3,
@@ -27,7 +27,7 @@ pub(super) struct Bend {
 }
 
 impl Sway {
-    /// How it is bent at `time`; none where it stands straight, bit for bit.
+    /// Displacement at `time`; none where the body is straight, bit for bit.
     pub(super) fn at(&self, time: f32) -> Option<Bend> {
         let swing = (TAU * f64::from(time) / f64::from(self.period)).sin();
         (swing != 0.0).then(|| Bend {
@@ -39,7 +39,7 @@ impl Sway {
 }
 
 impl Bend {
-    /// A vertex and its unit normal, bent.
+    /// Displaced vertex and its unit normal.
     pub(super) fn vertex(&self, position: Vec3, normal: Vec3) -> (Vec3, Vec3) {
         let share = (f64::from(position.y) - self.foot) / self.height;
         if share <= 0.0 {

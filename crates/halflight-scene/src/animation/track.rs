@@ -1,12 +1,12 @@
-//! A quantity with keys in time.
+//! Keyframe track of a quantity.
 
-/// What lies between two values. Equal values give that value exactly.
+/// Linear interpolation of values. Between equal values the result is exactly that value.
 pub(super) trait Mix: Copy {
-    /// `part` of the way, 0 … 1, to the other.
+    /// Interpolates to the other value; `part` is 0 … 1.
     fn mix(self, to: Self, part: f32) -> Self;
 }
 
-/// Values at growing times, the first of them 0.
+/// Values at increasing times, the first of them 0.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Track<T> {
     first: T,
@@ -19,7 +19,8 @@ impl<T: Mix> Track<T> {
         Self { first, keys }
     }
 
-    /// Evenly between keys; the first value before time 0, the last after all keys.
+    /// Value at `time`, interpolated linearly between keys; the first value before time 0, the last one after
+    /// all keys.
     pub(super) fn at(&self, time: f32) -> T {
         let next = self.keys.partition_point(|&(at, _)| at <= time);
         let (start, from) = if next == 0 { (0.0, self.first) } else { self.keys[next - 1] };

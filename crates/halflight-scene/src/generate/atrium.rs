@@ -1,7 +1,7 @@
 //! An arcaded court of two storeys: round arches on columns, vaulted aisles, a gallery with a balustrade.
 //!
-//! The court lies along x around the origin. Everything on one side of it is built once in a frame of its own,
-//! x along the arcade, z towards the court and z = 0 in the arcade's axis, and set down on the opposite side as well.
+//! The court lies along x around the origin. Each side is built once in its own frame, x along the arcade, z
+//! towards the court and z = 0 on the arcade's axis, and copied to the opposite side.
 
 use std::f32::consts::PI;
 
@@ -102,7 +102,7 @@ fn quarter(turn: f32) -> (f32, f32) {
     (turn.sin().round(), turn.cos().round())
 }
 
-/// From the middle of the court to the arcade's axis, along the long (0) or the short (1) direction.
+/// Distance from the centre of the court to the arcade's axis, along the long (0) or the short (1) direction.
 fn half_width(direction: usize) -> f32 {
     BAYS[direction] as f32 * BAY / 2.0
 }
@@ -140,7 +140,7 @@ fn bounds(bays: usize) -> impl Iterator<Item = f32> {
     (0..=bays).map(move |bay| (bay as f32 - bays as f32 / 2.0) * BAY)
 }
 
-/// Where columns stand: between the bays; piers take the ends.
+/// Positions of columns: between the bays; piers stand at the ends.
 fn inner_bounds(bays: usize) -> impl Iterator<Item = f32> {
     bounds(bays).skip(1).take(bays - 1)
 }
@@ -220,7 +220,7 @@ fn aisle(builder: &mut Builder, bays: usize, detail: Detail) {
     builder.paint(STONE);
     let section = vault_section(Vec2::new(BAY / 2.0, VAULT_HALF), VAULT_RISE, steps);
     for (index, x) in bounds(bays).enumerate() {
-        // Those at the ends also span the thickness of the crossing arcade.
+        // Ribs at the ends also span the thickness of the crossing arcade.
         let width = if index == 0 || index == bays { 2.0 * THICK + 0.02 } else { 0.3 };
         let path: Vec<Vec3> =
             section.iter().map(|p| Vec3::new(x, SPRING + p.y, VAULT_MIDDLE + p.x * VAULT_HALF)).collect();
@@ -274,7 +274,8 @@ fn corners(builder: &mut Builder, detail: Detail) {
     }
 }
 
-/// Sweeps a profile of (outwards from the arcade's axis, height) points around the court, clockwise around solid.
+/// Sweeps a profile of (outwards from the arcade's axis, height) points around the court, clockwise around
+/// solid.
 fn around(builder: &mut Builder, profile: &[[f32; 2]]) {
     let (x, z) = (half_width(0), half_width(1));
     let path = [[-x, z], [x, z], [x, -z], [-x, -z], [-x, z]].map(|[x, z]| Vec3::new(x, 0.0, z));
@@ -282,7 +283,8 @@ fn around(builder: &mut Builder, profile: &[[f32; 2]]) {
     swept(builder, &profile, &path, -Vec3::Y);
 }
 
-/// Everything that runs around the court unchanged: steps, cornices, the gallery's floor, ceiling, roof, outer shell.
+/// Parts that run around the court unchanged: steps, cornices, the gallery's floor, ceiling, roof, outer
+/// shell.
 fn rings(builder: &mut Builder) {
     let wall = AISLE + 0.1;
     builder.paint(STONE);

@@ -1,4 +1,5 @@
-//! Straight members that towers, trestles and toys are made of: bars, rods and laced girders, all of them closed.
+//! Straight members that towers, trestles and toys are made of: bars, rods and laced girders, all of them
+//! closed.
 
 use std::f32::consts::TAU;
 
@@ -9,9 +10,9 @@ use super::builder::Builder;
 /// Triangles of a [`bar`].
 pub(super) const BAR: usize = 12;
 
-/// A bar of rectangular section between two points: `width` along `side`, `depth` across it.
+/// Bar of rectangular section between two points: `width` along `side`, `depth` across it.
 ///
-/// Of `side` only what is at right angles to the bar counts.
+/// Only the component of `side` perpendicular to the bar is used.
 pub(super) fn bar(builder: &mut Builder, ends: [Vec3; 2], side: Vec3, [width, depth]: [f32; 2]) {
     let axis = (ends[1] - ends[0]).normalize_or(Vec3::Y);
     let side = (side - axis * side.dot(axis)).normalize_or(axis.any_orthonormal_vector());
@@ -46,12 +47,12 @@ pub(super) struct Girder {
 }
 
 impl Girder {
-    /// Triangles without lacing.
+    /// Number of triangles without lacing.
     fn least(&self) -> usize {
         if self.flat { 2 * BAR } else { 4 * BAR }
     }
 
-    /// How much of the lacing it takes up beside other girders.
+    /// Weight of the girder when lacing is distributed.
     fn share(&self) -> f64 {
         let faces = if self.flat { 1.0 } else { 4.0 };
         f64::from(faces * self.ends[0].distance(self.ends[1]) / self.width)
@@ -87,9 +88,11 @@ impl Girder {
     }
 }
 
-/// Builds the girders with as much lacing as brings the builder to `triangles`, or none if it has as many without.
+/// Builds the girders with as much lacing as brings the builder to `triangles`, or none if it has as many
+/// without.
 ///
-/// The lacing is spread evenly over all girders, down to the single bar: the count is missed by less than one bar.
+/// The lacing is spread evenly over all girders, down to the single bar: the count is missed by less than one
+/// bar.
 pub(super) fn lace(builder: &mut Builder, girders: &[Girder], triangles: usize) {
     let least = builder.triangle_count() + girders.iter().map(Girder::least).sum::<usize>();
     let laces = (triangles.saturating_sub(least) / BAR) as f64;
@@ -97,7 +100,7 @@ pub(super) fn lace(builder: &mut Builder, girders: &[Girder], triangles: usize) 
     let (mut share, mut done) = (0.0, 0);
     for (index, girder) in girders.iter().enumerate() {
         share += girder.share();
-        // The last girder takes what rounding left.
+        // The last girder gets the remainder of rounding.
         let due = if index + 1 == girders.len() { laces } else { laces * share / whole } as usize;
         girder.build(builder, due - done);
         done = due;

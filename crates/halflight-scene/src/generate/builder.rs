@@ -31,7 +31,8 @@ impl Builder {
 
     /// A curved surface of `rows × columns` quads through `point(row, column)`.
     ///
-    /// Seen from its front, rows go up and columns to the right. Quads that collapse to a line or a point are left out.
+    /// Seen from its front, rows go up and columns to the right. Quads that collapse to a line or a point are
+    /// left out.
     pub(super) fn sheet(&mut self, rows: usize, columns: usize, point: impl Fn(usize, usize) -> Vec3) {
         self.grid(rows, columns, columns + 1, point);
     }
@@ -60,7 +61,8 @@ impl Builder {
     fn triangle(&mut self, corners: [u32; 3]) {
         let [a, b, c] = corners.map(|corner| self.positions[corner as usize]);
         let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-        // Collapsed quads leave triangles of rounding-error width: far below the thinnest strip any generator makes.
+        // Collapsed quads leave triangles of rounding-error width: far below the thinnest strip any generator
+        // makes.
         if (b - a).cross(c - a).length() > 1e-5 * longest {
             self.triangles.push(corners);
             self.material_ids.push(self.material);
@@ -87,8 +89,8 @@ impl Builder {
         });
     }
 
-    /// A solid with six flat faces; bits 0, 1 and 2 of a corner's number say whether it is at the far end of three
-    /// right-handed directions.
+    /// A solid with six flat faces; bits 0, 1 and 2 of a corner's number say whether it is at the far end of
+    /// three right-handed directions.
     pub(super) fn hexahedron(&mut self, corner: impl Fn(usize) -> Vec3) {
         for face in [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]] {
             self.quad(face.map(&corner));
@@ -101,7 +103,7 @@ impl Builder {
         self.cuboid(foot - half, foot + half + Vec3::Y * size.y);
     }
 
-    /// Adds a copy of `part` with every vertex moved by `map`, which must not mirror.
+    /// Adds a copy of `part` with every vertex transformed by `map`, which must not mirror.
     pub(super) fn place(&mut self, part: &Self, map: impl Fn(Vec3) -> Vec3) {
         let first = self.positions.len() as u32;
         self.positions.extend(part.positions.iter().map(|&p| map(p)));
@@ -109,7 +111,7 @@ impl Builder {
         self.material_ids.extend_from_slice(&part.material_ids);
     }
 
-    /// How many triangles there are so far.
+    /// Number of triangles so far.
     pub(super) fn triangle_count(&self) -> usize {
         self.triangles.len()
     }
@@ -119,7 +121,7 @@ impl Builder {
         let mut sums = vec![Vec3::ZERO; self.positions.len()];
         for &triangle in &self.triangles {
             let [a, b, c] = triangle.map(|vertex| self.positions[vertex as usize]);
-            // Not normalised: larger triangles count for more.
+            // Not normalised: weighted by area.
             let normal = (b - a).cross(c - a);
             for vertex in triangle {
                 sums[vertex as usize] += normal;

@@ -1,4 +1,5 @@
-//! A village church from outside: nave, chancel and porch under tiled roofs, a tower with a spire, graves and a fence.
+//! A village church from outside: nave, chancel and porch under tiled roofs, a tower with a spire, graves and
+//! a fence.
 //!
 //! The church stands along x with its tower at -x and its porch at +z.
 
@@ -39,7 +40,7 @@ const PALETTE: [[f32; 3]; 12] = [
     [0.24, 0.27, 0.31],
 ];
 
-/// How far walls reach into the ground.
+/// Depth of walls below the ground.
 const BELOW: f32 = -0.1;
 /// Nave: ends, half width, eaves, ridge, and the bays between its buttresses.
 const NAVE: [f32; 2] = [-8.0, 8.0];
@@ -84,7 +85,7 @@ fn tile(detail: Detail) -> f32 {
     0.1667 / detail.0
 }
 
-/// One bay of wall with what fills its opening; its front is at z = 0.
+/// Bay of wall with a filled opening; its front is at z = 0.
 fn bay(half: f32, bounds: [f32; 2], opening: Opening, fill: u32, detail: Detail) -> Builder {
     let steps = detail.steps(8.0);
     let mut bay = Builder::new();

@@ -1,4 +1,4 @@
-//! What stands around the church: graves, a path, benches and an iron fence with a gate.
+//! Surroundings of the church: graves, a path, benches and an iron fence with a gate.
 
 use std::f32::consts::PI;
 
@@ -16,7 +16,7 @@ const LOW: Vec2 = Vec2::new(-19.0, -13.0);
 const HIGH: Vec2 = Vec2::new(19.0, 19.0);
 const GATE: f32 = 1.3;
 
-/// Everything, with the path from the gate to a porch at `porch` along x.
+/// Builds all of it, with the path from the gate to a porch at `porch` along x.
 pub(super) fn churchyard(builder: &mut Builder, detail: Detail, porch: f32) {
     path(builder, porch);
     graves(builder, detail, porch);

@@ -1,4 +1,5 @@
-//! A roller-coaster: a closed track of two rails on sleepers, carried by braced bents, with a train and a station.
+//! A roller-coaster: a closed track of two rails on sleepers, carried by braced bents, with a train and a
+//! station.
 
 use glam::Vec3;
 use halflight_core::scene::Mesh;
@@ -31,16 +32,16 @@ const TRIANGLES: u32 = 1_096_000;
 /// Half the distance between the rails, and between the posts of a bent.
 const GAUGE: f32 = 0.5;
 const POSTS: f32 = 0.75;
-/// From the middle between the rails down to where a bent ends.
+/// Distance from the midpoint between the rails down to the top of a bent.
 const UNDER: f32 = 0.34;
-/// What the track needs free above it.
+/// Clearance that the track needs above it.
 const CLEAR: f32 = 2.2;
 /// Sides of struts and of rails.
 const SIDES: usize = 12;
 const RAIL_SIDES: usize = 12;
 
-/// A coaster 56 m long and 15 m high of very nearly `triangles` triangles: more of them mean more bents with more,
-/// thinner struts; the rails are divided into what the rest leaves.
+/// Coaster 56 m long and 15 m high with very nearly `triangles` triangles. A larger number makes more bents
+/// with more, thinner struts; the remainder subdivides the rails.
 pub(super) fn coaster(parameters: &mut Parameters) -> Result<Mesh, GenerateError> {
     let triangles = parameters.count("triangles", TRIANGLES, 100_000..=3_000_000)? as usize;
     parameters.finish()?;
@@ -59,7 +60,7 @@ pub(super) fn coaster(parameters: &mut Parameters) -> Result<Mesh, GenerateError
     Ok(builder.finish(&PALETTE))
 }
 
-/// What carries the track at one place: two posts from `foot` up to `tops`, left and right.
+/// Support of the track at one position: two posts from `foot` up to `tops`, left and right.
 struct Bent {
     middle: Vec3,
     side: Vec3,
@@ -72,7 +73,7 @@ impl Bent {
         let side = place.level_side();
         let lean = place.side.y / place.side.dot(side) * POSTS;
         let y = place.middle.y - UNDER;
-        // Where the track passes below, the bent hangs between its neighbours.
+        // Bents above another stretch of the track are suspended from their neighbours.
         let below = track.highest_below(place, length, POSTS + GAUGE + 0.6, CLEAR);
         let foot = below.map_or(-0.1, |height| height + CLEAR);
         Self {
@@ -87,7 +88,7 @@ impl Bent {
         self.middle + self.side * [-POSTS, POSTS][post] + Vec3::Y * y
     }
 
-    /// Whether there is room for a strut at this height.
+    /// True if there is room for a strut at this height.
     fn reaches(&self, y: f32) -> bool {
         y >= self.foot.max(0.0) && self.tops.iter().all(|&top| y < top)
     }

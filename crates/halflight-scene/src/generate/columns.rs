@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::builder::Builder;
 use super::shapes::{curve_to, turned};
 
-/// How finely round things are divided.
+/// Tessellation of round shapes, relative to the default.
 #[derive(Clone, Copy)]
 pub(super) struct Detail(pub(super) f32);
 

@@ -1,5 +1,5 @@
-//! Small furnished scenes of many kinds, none of them like the halls: things on a floor, a laid table, a bookcase, chairs,
-//! stairs, potted plants, boxes in a corner, wires, and a long table below a low ceiling.
+//! Small furnished scenes of many kinds, unlike the halls: things on a floor, a laid table, a bookcase,
+//! chairs, stairs, potted plants, boxes in a corner, wires, and a long table below a low ceiling.
 
 use std::f32::consts::{PI, TAU};
 
@@ -14,11 +14,11 @@ use super::parameters::Parameters;
 use super::random::Random;
 use super::shapes::{tube, turned};
 
-/// What can be furnished, in the order of the parameter `kind`.
+/// Kinds of scenes, in the order of the parameter `kind`.
 pub(super) const KINDS: [&str; 9] =
     ["objects", "table", "bookcase", "chairs", "stairs", "plants", "corner", "wires", "conference"];
 
-/// Floor and walls, then what stands there.
+/// Albedos: floor and walls, then furniture.
 const PALETTE: [[f32; 3]; 6] = [
     [0.70, 0.68, 0.64],
     [0.55, 0.36, 0.20],
@@ -28,7 +28,8 @@ const PALETTE: [[f32; 3]; 6] = [
     [0.82, 0.80, 0.76],
 ];
 
-/// The mesh of one kind and seed: 100 to 40,000 triangles on a floor, furniture within two metres and a half of the middle.
+/// The mesh of one kind and seed: 100 to 40,000 triangles on a floor, furniture within two metres and a half
+/// of the middle.
 pub(super) fn furnished(parameters: &mut Parameters) -> Result<Mesh, GenerateError> {
     let kind = parameters.choice("kind", &KINDS)?;
     let seed = parameters.count("seed", 1, 0..=u32::MAX)?;
@@ -274,7 +275,8 @@ fn wires(builder: &mut Builder, random: &mut Random) {
     }
 }
 
-/// A long table with screens and chairs pushed below it, cupboards, and a ceiling with a frame about the lamp's place.
+/// Long table with screens and chairs pushed below it, cupboards, and a ceiling with a frame about the
+/// light's position.
 fn conference(builder: &mut Builder, random: &mut Random) {
     let size = Vec2::new(3.2, 1.1);
     put(builder, &made(|part| table(part, size, 0.74)), 1, 0.0, Vec3::ZERO);

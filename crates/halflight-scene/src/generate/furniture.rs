@@ -81,7 +81,8 @@ pub(super) fn bookcase(builder: &mut Builder, size: Vec3, boards: u32, random: &
     }
 }
 
-/// Stairs that go up towards negative z, open or closed below their treads, with balusters and a rail on the right.
+/// Stairs that go up towards negative z, open or closed below their treads, with balusters and a rail on the
+/// right.
 pub(super) fn flight(builder: &mut Builder, steps: u32, [rise, going, width]: [f32; 3], closed: bool) {
     for step in 0..steps {
         let (y, z) = (step as f32 * rise, -(step as f32) * going);

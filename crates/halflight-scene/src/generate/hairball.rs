@@ -23,10 +23,11 @@ const SIDES: usize = 3;
 /// Triangles that are not hair: the floor's.
 const REST: usize = 2;
 
-/// A hairball of very nearly `triangles` triangles; a count that hairs cannot reach exactly is missed by less than six.
+/// A hairball of very nearly `triangles` triangles; a count that hairs cannot reach exactly is missed by less
+/// than six.
 ///
-/// Unless `thickness` (radius in metres) is given, hairs get thinner as their number grows, so that all of them
-/// together keep their volume.
+/// Unless `thickness` (radius in metres) is given, hairs get thinner as their number grows, so that all of
+/// them together keep their volume.
 pub(super) fn hairball(parameters: &mut Parameters) -> Result<Mesh, GenerateError> {
     let triangles = parameters.count("triangles", 100_000, 1_000..=2_850_000)? as usize;
     let usual = (0.0075 * (100_000.0 / triangles as f32).sqrt()).min(0.03);

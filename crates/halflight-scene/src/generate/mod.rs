@@ -1,7 +1,7 @@
 //! Procedural meshes: buildings, foliage, lattices, toys and small scenes with a closed-form answer.
 //!
-//! Every generator is deterministic: the same name and parameters give the same mesh bit for bit.
-//! World space is metres, y up; floors lie at y = 0.
+//! Every generator is deterministic: equal names and parameters give equal meshes, bit for bit. World space
+//! is in metres, y up; floors lie at y = 0.
 //!
 //! | name | what it is | parameters, with defaults |
 //! | --- | --- | --- |
@@ -49,38 +49,38 @@ use halflight_core::scene::Mesh;
 
 use parameters::Parameters;
 
-/// Why a mesh cannot be generated.
+/// Error of generating a mesh.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GenerateError {
-    /// No generator has this name.
+    /// Unknown generator.
     #[error("unknown generator `{name}`; known are {}", known.join(", "))]
     UnknownGenerator {
-        /// The name asked for.
+        /// Requested name.
         name: String,
-        /// All names.
+        /// Names of all generators.
         known: Vec<&'static str>,
     },
-    /// The generator has no such parameter.
+    /// Unknown parameter.
     #[error("generator `{generator}` has no parameter `{key}`; it has {}", known.join(", "))]
     UnknownParameter {
-        /// The generator.
+        /// Name of the generator.
         generator: &'static str,
-        /// The key given.
+        /// Key given.
         key: String,
-        /// All keys of this generator.
+        /// Keys of this generator.
         known: Vec<&'static str>,
     },
-    /// A parameter has the wrong type or is out of range.
+    /// Parameter of the wrong type or out of range.
     #[error("parameter `{key}` of generator `{generator}` is {found}, expected {expected}")]
     BadParameter {
-        /// The generator.
+        /// Name of the generator.
         generator: &'static str,
-        /// The parameter.
+        /// Key of the parameter.
         key: &'static str,
-        /// What was given.
+        /// Value given.
         found: String,
-        /// What would be right.
+        /// Description of valid values.
         expected: String,
     },
 }
@@ -104,7 +104,7 @@ const NAMES: [&str; 14] = [
     "tree",
 ];
 
-/// One for each name, in the same order.
+/// Generators in the order of `NAMES`.
 const GENERATORS: [Generator; NAMES.len()] = [
     atrium::atrium,
     church::church,

@@ -1,7 +1,7 @@
 //! A vaulted church: a nave between two aisles, compound piers, pointed arches, ribbed vaults and an apse.
 //!
-//! The nave runs along x with the apse at +x. Everything on one side of it is built once, on the -z side and facing
-//! +z, and set down a second time turned by half a turn; the sides are symmetric in x.
+//! The nave runs along x with the apse at +x. Each side is built once, on the -z side and facing +z, and
+//! copied with a half turn; the sides are symmetric in x.
 
 use std::f32::consts::PI;
 
@@ -48,7 +48,7 @@ const HIGH_SPRING: f32 = 8.6;
 /// Rises of the aisle's and of the nave's vaults.
 const RISE: f32 = 2.3;
 const HIGH_RISE: f32 = 4.4;
-/// Where the arcade ends and the clerestory begins, and the top of the walls (above the vaults).
+/// Height at which the arcade ends and the clerestory begins, and top of the walls (above the vaults).
 const STRING: f32 = 7.1;
 const TOP: f32 = 13.4;
 
@@ -165,7 +165,7 @@ fn aisle_rib(builder: &mut Builder, x: f32, width: f32, steps: usize) {
     swept(builder, &rectangle(width, -0.18, 0.05), &path, -Vec3::X);
 }
 
-/// What stands between two bays: shafts around the pier and at the outer wall, on plinths.
+/// Pier between two bays: shafts around it and at the outer wall, on plinths.
 fn pier(detail: Detail) -> Builder {
     let mut pier = Builder::new();
     pier.paint(STONE);
@@ -305,7 +305,7 @@ fn floor(builder: &mut Builder) {
     }
 }
 
-/// Where the steps to the choir begin.
+/// Start of the steps to the choir.
 const CHOIR: f32 = 7.2;
 
 /// Benches in the nave; in the choir an altar with candlesticks.

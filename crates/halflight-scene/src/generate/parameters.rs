@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use super::GenerateError;
 
-/// The parameters given to one generator; reading a key removes it.
+/// Parameters given to one generator; reading a key removes it.
 pub(super) struct Parameters {
     generator: &'static str,
     given: toml::Table,
@@ -16,7 +16,7 @@ impl Parameters {
         Self { generator, given, known: Vec::new() }
     }
 
-    /// A whole number within `range`.
+    /// Integer within `range`.
     pub(super) fn count(
         &mut self,
         key: &'static str,
@@ -41,13 +41,13 @@ impl Parameters {
         self.known.push(key);
         let Some(value) = self.given.remove(key) else { return Ok(default) };
         let number = value.as_float().or_else(|| value.as_integer().map(|n| n as f64)).map(|n| n as f32);
-        // NaN lies in no range.
+        // NaN is in no range.
         number.filter(|n| range.contains(n)).ok_or_else(|| {
             self.bad(key, &value, format!("a number from {} to {}", range.start(), range.end()))
         })
     }
 
-    /// One of some names, as its place among them; the first by default.
+    /// Index of one of some names; the first by default.
     pub(super) fn choice(&mut self, key: &'static str, names: &[&str]) -> Result<usize, GenerateError> {
         self.known.push(key);
         let Some(value) = self.given.remove(key) else { return Ok(0) };
@@ -55,7 +55,7 @@ impl Parameters {
         place.ok_or_else(|| self.bad(key, &value, format!("one of {}", names.join(", "))))
     }
 
-    /// Refuses keys that were never read; to be called once all parameters are.
+    /// Refuses keys that were never read; to be called after all parameters were read.
     pub(super) fn finish(&self) -> Result<(), GenerateError> {
         match self.given.keys().next() {
             None => Ok(()),

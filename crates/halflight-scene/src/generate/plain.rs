@@ -1,4 +1,4 @@
-//! Small scenes whose exact answer can be computed: an open floor, a half-plane, a resting box, a railing.
+//! Small scenes with a closed-form solution: an open floor, a half-plane, a resting box, a railing.
 
 use glam::Vec3;
 use halflight_core::scene::Mesh;
@@ -22,14 +22,15 @@ fn floor(parameters: &mut Parameters) -> Result<Builder, GenerateError> {
     Ok(builder)
 }
 
-/// Nothing but the floor.
+/// Floor alone.
 pub(super) fn open_floor(parameters: &mut Parameters) -> Result<Mesh, GenerateError> {
     let builder = floor(parameters)?;
     parameters.finish()?;
     Ok(builder.finish(&PALETTE[..1]))
 }
 
-/// The floor and, `height` above it, a horizontal sheet over x < 0: it spans -extent ≤ x ≤ 0 and |z| ≤ extent.
+/// The floor and, `height` above it, a horizontal sheet over x < 0: it spans -extent ≤ x ≤ 0 and |z| ≤
+/// extent.
 pub(super) fn half_plane(parameters: &mut Parameters) -> Result<Mesh, GenerateError> {
     let mut builder = floor(parameters)?;
     let height = parameters.number("height", 2.0, 1e-3..=1e5)?;
@@ -59,8 +60,8 @@ pub(super) fn contact(parameters: &mut Parameters) -> Result<Mesh, GenerateError
     Ok(builder.finish(&PALETTE))
 }
 
-/// The floor and a railing along x through the origin: `bars` upright square bars, evenly spread over `length`,
-/// between a bottom and a top rail that are twice as thick.
+/// The floor and a railing along x through the origin: `bars` upright square bars, evenly spread over
+/// `length`, between a bottom and a top rail that are twice as thick.
 ///
 /// Bars span 0.1 × `height` … `height`; end bars stand on the floor and are as thick as the rails.
 pub(super) fn railing(parameters: &mut Parameters) -> Result<Mesh, GenerateError> {
@@ -75,7 +76,7 @@ pub(super) fn railing(parameters: &mut Parameters) -> Result<Mesh, GenerateError
     for bar in 0..bars {
         let x = (bar as f32 / (bars - 1) as f32 - 0.5) * length;
         let end = bar == 0 || bar + 1 == bars;
-        // Ends go a little into the floor and bars into the rails, so that no two faces coincide.
+        // Ends reach slightly into the floor and bars into the rails, so that no two faces coincide.
         let (width, foot, top) = if end {
             (1.5 * rail, -rail, height + rail)
         } else {

@@ -1,30 +1,30 @@
-//! A small random sequence from an integer hash.
+//! Small pseudo-random sequence from an integer hash.
 
 use std::f32::consts::TAU;
 
 use glam::Vec3;
 
-/// Numbers from a 32-bit counter hashed with the finalizer of MurmurHash3.
+/// Generator of numbers: a 32-bit counter hashed with the finalizer of MurmurHash3.
 pub(super) struct Random(u32);
 
 impl Random {
-    /// A sequence of its own for every pair of numbers.
+    /// Independent sequence for every pair of numbers.
     pub(super) fn new(seed: u32, stream: u32) -> Self {
         Self(mix(seed ^ mix(stream.wrapping_add(0x9e37_79b9))))
     }
 
-    /// Uniform in 0 ≤ x < 1.
+    /// Uniform number in 0 ≤ x < 1.
     pub(super) fn unit(&mut self) -> f32 {
         self.0 = self.0.wrapping_add(0x9e37_79b9);
         (mix(self.0) >> 8) as f32 / (1 << 24) as f32
     }
 
-    /// Uniform in `low ≤ x < high`.
+    /// Uniform number in `low ≤ x < high`.
     pub(super) fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.unit()
     }
 
-    /// Uniform over all directions.
+    /// Uniformly distributed direction.
     pub(super) fn direction(&mut self) -> Vec3 {
         let y = self.between(-1.0, 1.0);
         let (sin, cos) = (self.unit() * TAU).sin_cos();

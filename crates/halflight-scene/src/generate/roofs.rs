@@ -15,17 +15,18 @@ pub(super) fn gable(builder: &mut Builder, [left, right]: [f32; 2], half: f32, [
     });
 }
 
-/// Tiles on a sloping field, each a thin box that overlaps the one below; they are painted `shades` at random.
+/// Tiles on a sloping field, each a thin box that overlaps the one below; they are painted `shades` at
+/// random.
 ///
-/// `eave` and `ridge` go from left to right as seen from outside. `size` is a tile's width and what is seen of its
-/// length.
+/// `eave` and `ridge` go from left to right as seen from outside. `size` is a tile's width and the visible
+/// part of its length.
 pub(super) fn tiles(builder: &mut Builder, eave: [Vec3; 2], ridge: [Vec3; 2], size: f32, shades: [u32; 3]) {
     let slope = (ridge[0] + ridge[1] - eave[0] - eave[1]) / 2.0;
     let normal = (eave[1] - eave[0]).cross(slope).normalize_or(Vec3::Y);
     let rows = (slope.length() / size).round().max(1.0) as usize;
     let edge = |end: usize, row: f32| eave[end].lerp(ridge[end], row / rows as f32);
     for row in 0..rows {
-        // Fields differ by where they slope to.
+        // Seeded by the slope's direction, so that fields differ.
         let mut random = Random::new(row as u32, (slope.x * 64.0 + slope.z * 8.0) as i32 as u32);
         let at = row as f32;
         let columns = (edge(0, at).distance(edge(1, at)) / size).round().max(1.0) as usize;

@@ -1,4 +1,4 @@
-//! Shapes that halls and trees are made of: turned solids, swept mouldings, tubes, arches, vaults and pierced walls.
+//! Shapes of halls and trees: solids of revolution, swept mouldings, tubes, arches, vaults and pierced walls.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -21,7 +21,8 @@ pub(super) fn curve_to(profile: &mut Vec<Vec2>, end: Vec2, bulge: f32, steps: us
     }));
 }
 
-/// Index ranges of `count` points (as first and last) between creases; `direction(i)` is the unit step from point i.
+/// Index ranges of `count` points (as first and last) between creases; `direction(i)` is the unit step from
+/// point i.
 fn smooth_runs(count: usize, direction: impl Fn(usize) -> Vec3) -> Vec<(usize, usize)> {
     let limit = CREASE_DEG.to_radians().cos();
     let mut runs = Vec::new();
@@ -52,9 +53,9 @@ pub(super) fn turned(builder: &mut Builder, profile: &[Vec2], segments: usize) {
 
 /// Moves `profile` along the planar `path`; `side` is the unit normal of the path's plane.
 ///
-/// A profile point (s, n) goes s along `side` and n along `side × direction of travel`. Seen along the direction of
-/// travel with n up and s to the right, the profile runs clockwise around solid. Corners of the path are mitred; a path that ends
-/// where it starts is a loop.
+/// A profile point (s, n) goes s along `side` and n along `side × direction of travel`. Seen along the
+/// direction of travel with n up and s to the right, the profile runs clockwise around solid. Corners of the
+/// path are mitred; a path that ends where it starts is a loop.
 pub(super) fn swept(builder: &mut Builder, profile: &[Vec2], path: &[Vec3], side: Vec3) {
     if path.len() < 2 {
         return;
@@ -121,12 +122,13 @@ pub(super) fn tube(builder: &mut Builder, path: &[(Vec3, f32)], sides: usize) {
     });
 }
 
-/// An arch over `-half ≤ x ≤ half` that rises by `rise` from y = 0, as `2 × steps + 1` points from left to right.
+/// An arch over `-half ≤ x ≤ half` that rises by `rise` from y = 0, as `2 × steps + 1` points from left to
+/// right.
 ///
-/// It is pointed where it is higher than half its span, and otherwise a half circle or ellipse.
+/// The arch is pointed where it is higher than half its span, and otherwise a half circle or ellipse.
 pub(super) fn arch(half: f32, rise: f32, steps: usize) -> Vec<Vec2> {
-    // Each side of a pointed arch is a circle that leaves the springing line vertically and meets the other side on
-    // the axis: its centre lies `offset` beyond the axis.
+    // Each side of a pointed arch is a circle that leaves the springing line vertically and meets the other
+    // side on the axis: its centre lies `offset` beyond the axis.
     let offset = (rise * rise - half * half) / (2.0 * half);
     let pointed = offset > 1e-3 * half;
     let sweep = if pointed { rise.atan2(offset) } else { FRAC_PI_2 };
@@ -148,9 +150,9 @@ pub(super) fn arch(half: f32, rise: f32, steps: usize) -> Vec<Vec2> {
         .collect()
 }
 
-/// The section of a groin vault over a rectangle with these half sides, its span scaled to -1 … 1.
+/// Section of a groin vault over a rectangle with these half sides, its span scaled to -1 … 1.
 ///
-/// Both crossing vaults and the groins between them have it, so that they meet.
+/// Both crossing vaults and the groins between them share it, so that they meet.
 pub(super) fn vault_section(half: Vec2, rise: f32, steps: usize) -> Vec<Vec2> {
     let longer = half.max_element();
     arch(longer, rise, steps).into_iter().map(|point| Vec2::new(point.x / longer, point.y)).collect()
@@ -186,7 +188,7 @@ pub(super) struct Opening {
     pub(super) rise: f32,
 }
 
-/// What is behind an [`Opening`].
+/// Fill of an [`Opening`].
 #[derive(Clone, Copy)]
 pub(super) enum Behind {
     /// The wall is pierced and has a back.
@@ -197,7 +199,7 @@ pub(super) enum Behind {
 
 /// A wall with one opening: its front is at z = 0 and faces +z, and it goes `depth` back.
 ///
-/// It covers `|x| ≤ half` and `low ≤ y ≤ high`, has no ends, top or bottom, and `steps` as in [`arch`].
+/// The wall covers `|x| ≤ half` and `low ≤ y ≤ high`, has no ends, top or bottom, and `steps` as in [`arch`].
 pub(super) fn pierced_wall(
     builder: &mut Builder,
     half: f32,
@@ -233,7 +235,8 @@ pub(super) fn pierced_wall(
     };
     face(builder, 0.0, true);
 
-    // Counter-clockwise around the opening: the sill where there is one, the right jamb, the arch, the left jamb.
+    // Counter-clockwise around the opening: the sill where there is one, the right jamb, the arch, the left
+    // jamb.
     let corner = |x: f32| Vec2::new(x, opening.sill);
     let mut outline: Vec<Vec2> = Vec::with_capacity(2 * spans);
     if opening.sill > low {
@@ -275,7 +278,7 @@ pub(super) fn mullion(builder: &mut Builder, window: Opening, z: f32) {
     }
 }
 
-/// Turns by quarter turns about the y axis, exactly: +z goes to +x.
+/// Rotates by quarter turns about the y axis, exactly: +z goes to +x.
 pub(super) fn quarter(turns: usize, p: Vec3) -> Vec3 {
     match turns % 4 {
         0 => p,

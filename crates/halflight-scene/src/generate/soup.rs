@@ -1,4 +1,5 @@
-//! Triangles of every size and shape strewn in the air: nothing that a structure over them could rely on.
+//! Triangles of every size and shape scattered in the air, without any regularity that an acceleration
+//! structure could exploit.
 
 use glam::Vec3;
 use halflight_core::scene::Mesh;
@@ -12,16 +13,17 @@ const FLOOR: u32 = 0;
 const PAPER: u32 = 1;
 const PALETTE: [[f32; 3]; 2] = [[0.72, 0.72, 0.70], [0.45, 0.52, 0.62]];
 
-/// The ball in which the triangles' middles lie.
+/// Radius and height of the ball that contains the triangles' centres.
 const RADIUS: f32 = 1.5;
 const HEIGHT: f32 = 1.8;
-/// Longest sides at a thousand triangles, m; all sizes shrink so that the share of light that passes stays about the same.
+/// Range of longest sides at a thousand triangles, m; all sizes shrink with the count so that the transmitted
+/// fraction of light stays about constant.
 const SIZES: (f32, f32) = (0.015, 1.0);
-/// Powers of ten of the width against the length: slivers down to the thinnest that count as triangles.
+/// Least ratio of width to length, as a power of ten: slivers down to the thinnest that count as triangles.
 const SLIMMEST: f32 = -4.5;
 
-/// A soup of `triangles` triangles, the floor's two among them. Lengths are spread evenly over powers of ten, and so are
-/// the widths of every second triangle; the others are no slivers.
+/// Soup of `triangles` triangles, the floor's two among them. Lengths are distributed evenly over powers of
+/// ten, and so are the widths of every second triangle; the others are no slivers.
 pub(super) fn soup(parameters: &mut Parameters) -> Result<Mesh, GenerateError> {
     let triangles = parameters.count("triangles", 100_000, 100..=3_000_000)? as usize;
     let seed = parameters.count("seed", 1, 0..=u32::MAX)?;

@@ -1,4 +1,4 @@
-//! What every generator must keep: counts, determinism, valid geometry, solids wound outwards, clear errors.
+//! Invariants of all generators: counts, determinism, valid geometry, solids wound outwards, clear errors.
 
 use std::collections::{HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -21,7 +21,7 @@ fn message(name: &str, parameters: &str) -> String {
 }
 
 fn bits(p: Vec3) -> [u32; 3] {
-    // Adding zero turns -0 into 0, which is the same place.
+    // Adding zero turns -0 into 0, an equal position.
     (p + 0.0).to_array().map(f32::to_bits)
 }
 
@@ -32,7 +32,7 @@ fn hash(mesh: &Mesh) -> u64 {
     hasher.finish()
 }
 
-/// Why a mesh is not fit to be rendered, or nothing.
+/// Reason for which a mesh cannot be rendered, or none.
 fn fault(mesh: &Mesh) -> Option<String> {
     if let Err(error) = mesh.validate() {
         return Some(error.to_string());
@@ -65,7 +65,8 @@ fn volume(mesh: &Mesh) -> f32 {
 
 #[test]
 fn triangle_counts_are_like_the_papers() {
-    // Sponza 66,454, Sibenik 75,284, and the scenes of Wang 2017, section 4: within 3 %, which no timing would notice.
+    // Sponza 66,454, Sibenik 75,284, and the scenes of Wang 2017, section 4: within 3 %, which no timing
+    // would notice.
     for (name, expected) in [
         ("atrium", 66_454.0),
         ("nave", 75_284.0),
@@ -129,7 +130,7 @@ fn every_mesh_is_valid_and_the_same_each_time() {
     assert_ne!(hash(&mesh("hairball", "seed = 1")), hash(&mesh("hairball", "seed = 2")));
 }
 
-/// How many edges have more triangles on one side than on the other; the floor at y = 0 is left out.
+/// Number of edges with more triangles on one side than on the other; the floor at y = 0 is left out.
 fn open_edges(mesh: &Mesh) -> usize {
     let mut balance: HashMap<[[u32; 3]; 2], i32> = HashMap::new();
     for corners in (0..mesh.triangle_count()).map(|i| mesh.corners(i)) {
@@ -267,8 +268,8 @@ fn bundled_lights_face_what_the_camera_looks_at() {
         let scene = crate::load_bundled(name).unwrap().scene;
         for light in &scene.lights {
             assert!(light.emits_towards(scene.camera.target), "{name}");
-            // A light in a wall or a beam would be half dark: no geometry may cross it, so no corner of a triangle
-            // may lie between its edges and within a hand's breadth of its plane.
+            // A light in a wall or a beam would be half dark: no geometry may cross it, so no corner of a
+            // triangle may lie between its edges and within a hand's breadth of its plane.
             let normal = light.normal();
             let near = scene.mesh.positions.iter().find(|&&p| {
                 let from = p - light.corner;

@@ -1,4 +1,5 @@
-//! A steel lattice tower: four tapering legs that meet in a shaft, arches between their feet, platforms and a spire.
+//! A steel lattice tower: four tapering legs that meet in a shaft, arches between their feet, platforms and a
+//! spire.
 //!
 //! Chords and braces are laced girders, so that there are bars of every width from a foot down to an inch.
 
@@ -20,7 +21,7 @@ const DECK: u32 = 3;
 const PALETTE: [[f32; 3]; 4] =
     [[0.70, 0.69, 0.66], [0.50, 0.30, 0.19], [0.58, 0.56, 0.52], [0.40, 0.36, 0.32]];
 
-/// Heights of the three platforms, of the place where the legs meet, and of the tip.
+/// Heights of the three platforms, of the point where the legs meet, and of the tip.
 const FIRST: f32 = 7.6;
 const SECOND: f32 = 15.2;
 const MEET: f32 = 24.0;
@@ -29,19 +30,20 @@ const TIP: f32 = 42.0;
 /// Triangles by default.
 const TRIANGLES: u32 = 514_000;
 
-/// From the axis to the outer faces.
+/// Distance from the axis to the outer faces.
 fn outer(y: f32) -> f32 {
     8.3 * (-y / 13.5).exp()
 }
 
-/// From the axis to the inner faces of the legs; where they meet they keep a hand's breadth between them.
+/// Distance from the axis to the inner faces of the legs; a hand's breadth is left between them where they
+/// meet.
 fn inner(y: f32) -> f32 {
     let width = 3.3 + (outer(MEET) - 0.12 - 3.3) * (y / MEET);
     outer(y) - width
 }
 
-/// A tower 42 m high on a floor 110 m wide, of very nearly `triangles` triangles: more of them mean more and finer
-/// panels and closer lacing.
+/// A tower 42 m high on a floor 110 m wide, of very nearly `triangles` triangles: more of them mean more and
+/// finer panels and closer lacing.
 pub(super) fn tower(parameters: &mut Parameters) -> Result<Mesh, GenerateError> {
     let triangles = parameters.count("triangles", TRIANGLES, 10_000..=3_000_000)? as usize;
     parameters.finish()?;
@@ -95,7 +97,8 @@ impl Tower {
         }
     }
 
-    /// One panel of a square mast: chords at its corners, and on each face a cross and a girder along the top.
+    /// One panel of a square mast: chords at its corners, and on each face a cross and a girder along the
+    /// top.
     fn cage(&mut self, bottom: [Vec3; 4], top: [Vec3; 4], width: f32) {
         let (chord, brace) = (self.slender(0.1 * width), self.slender(0.075 * width));
         for j in 0..4 {

@@ -1,4 +1,4 @@
-//! The toys' shapes, closed and one unit across, each as fine as a number of triangles allows.
+//! Shapes of toys, closed and one unit across, each tessellated to a number of triangles.
 
 use std::f32::consts::{FRAC_PI_4, PI, TAU};
 
@@ -14,7 +14,7 @@ pub(super) fn block(builder: &mut Builder, triangles: f32) {
     // Six faces of (2 · steps + 1)² quads: a flat middle and steps round the edges.
     let steps = (((triangles / 12.0).sqrt() - 1.0) / 2.0).round().max(0.0) as usize;
     let cells = 2 * steps + 1;
-    // Where the corners of cells lie on a cube with sharp edges, so that they have even angles once it is rounded.
+    // Corners of cells on a cube with sharp edges, placed so that they have even angles once it is rounded.
     let line = |i: usize| {
         let far = if i <= steps { steps - i } else { i - steps - 1 };
         let out = if steps == 0 { 0.0 } else { (far as f32 / steps as f32 * FRAC_PI_4).tan() };
@@ -92,7 +92,7 @@ pub(super) fn drum(builder: &mut Builder, triangles: f32) {
 pub(super) fn ring(builder: &mut Builder, triangles: f32) {
     let n = ((triangles / 4.0).sqrt()).round().max(4.0) as usize;
     let r = 1.0 / 12.0;
-    // Begins and ends on the inside, at the very same point.
+    // Begins and ends on the inside, at exactly one point.
     let profile: Vec<Vec2> = (0..=n)
         .map(|i| {
             let (sin, cos) = (TAU * (i % n) as f32 / n as f32).sin_cos();

@@ -1,6 +1,6 @@
 //! Many small toys strewn over a floor, some of them piled up: blocks, balls, cones, drums, rings and cars.
 //!
-//! [`strew`] decides what lies where, [`build`] makes each toy as fine as the triangles that are left allow.
+//! [`strew`] places the toys, [`build`] tessellates each with the triangles that are left.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -36,7 +36,7 @@ const TRIANGLES: u32 = 263_000;
 const TOYS: f32 = 420.0;
 /// The radius in metres of the round patch that the toys cover.
 const PATCH: f32 = 2.6;
-/// How deep toys reach into what they stand on, so that no two faces coincide.
+/// Depth by which toys reach into their support, so that no two faces coincide.
 const SUNK: f32 = 0.004;
 
 #[derive(Clone, Copy, PartialEq)]
@@ -59,15 +59,15 @@ struct Toy {
     middle: Vec3,
 }
 
-/// Toys of one place and the radius of the circle that they need.
+/// Toys at one position and the radius of the circle that they need.
 struct Group {
     toys: Vec<Toy>,
     radius: f32,
 }
 
-/// Toys of together very nearly `triangles` triangles, in a round patch on a floor 14 m wide.
+/// Toys with very nearly `triangles` triangles in total, in a round patch on a floor 14 m wide.
 ///
-/// Four times the triangles are twice as many toys, smaller ones, of twice as many triangles each.
+/// Four times the triangles make twice as many toys, smaller ones, of twice as many triangles each.
 pub(super) fn toys(parameters: &mut Parameters) -> Result<Mesh, GenerateError> {
     let triangles = parameters.count("triangles", TRIANGLES, 10_000..=3_000_000)? as usize;
     let seed = parameters.count("seed", 1, 0..=u32::MAX)?;
@@ -103,7 +103,7 @@ fn strew(seed: u32, count: usize) -> Vec<Toy> {
                 places.push((place, group.radius));
                 break;
             }
-            // Room runs out slowly, so that the patch is well filled.
+            // The patch grows slowly, so that it is well filled.
             patch *= 1.0005;
         }
     }
@@ -243,7 +243,7 @@ fn build(builder: &mut Builder, toys: &[Toy], triangles: usize) {
     let weight = |toy: &Toy| if toy.kind == Kind::Car { 4 } else { 1 };
     let mut weights: usize = toys.iter().map(weight).sum();
     for toy in toys {
-        // What one toy's shape cannot use, or uses too much, the following ones share.
+        // Triangles that one toy's shape cannot use, or uses in excess, are shared by the following ones.
         let left = triangles.saturating_sub(builder.triangle_count());
         let budget = (left * weight(toy) / weights) as f32;
         weights -= weight(toy);

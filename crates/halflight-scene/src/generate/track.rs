@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// What the line bends towards, x, height and z in metres: station, lift hill, drops and turns.
+/// Control points of the line, x, height and z in metres: station, lift hill, drops and turns.
 const CONTROLS: [[f32; 3]; 40] = [
     [-24.0, 2.0, 15.0],
     [-18.0, 2.0, 15.0],
@@ -49,18 +49,18 @@ const CONTROLS: [[f32; 3]; 40] = [
 /// Samples of the line on each piece of the spline.
 const FINE: usize = 64;
 
-/// A place on the track: the middle between its rails and three unit directions.
+/// Point on the track: the midpoint between its rails and three unit directions.
 #[derive(Clone, Copy)]
 pub(super) struct Place {
     pub(super) middle: Vec3,
     pub(super) ahead: Vec3,
-    /// To the right, `ahead × up`.
+    /// Direction to the right, `ahead × up`.
     pub(super) side: Vec3,
     pub(super) up: Vec3,
 }
 
 impl Place {
-    /// To the right and level.
+    /// Horizontal direction to the right.
     pub(super) fn level_side(&self) -> Vec3 {
         self.ahead.cross(Vec3::Y).normalize_or(Vec3::X)
     }
@@ -77,7 +77,7 @@ impl Track {
         let count = CONTROLS.len() * FINE;
         let points: Vec<Vec3> = (0..count).map(spline).collect();
         let around = |i: usize, by: isize| (i as isize + by).rem_euclid(count as isize) as usize;
-        // How much the direction changes per metre.
+        // Change of direction per metre.
         let bend = |i: usize| {
             let [a, b, c] = [-8, 0, 8].map(|by| points[around(i, by)]);
             let (before, after) = (b - a, c - b);
@@ -90,7 +90,8 @@ impl Track {
                 let reach = FINE as isize / 2;
                 let bends: Vec3 = (-reach..=reach).step_by(4).map(|by| bend(around(i, by))).sum();
                 let bend = bends / (2 * reach / 4 + 1) as f32;
-                // A train that comes from the highest point feels v² = 2 g h; the track leans by a part of that only.
+                // A train that comes from the highest point has v² = 2 g h; the track's banking compensates
+                // only part of it.
                 let fall = (17.0 - points[i].y).max(1.0);
                 let lean = Vec3::new(bend.x, 0.0, bend.z) * (0.7 * fall);
                 let up = Vec3::Y + lean.clamp_length_max(0.8);
@@ -111,7 +112,7 @@ impl Track {
         self.lengths[self.places.len()]
     }
 
-    /// The place at `length` from the start, once around at most.
+    /// Point at `length` from the start, once around at most.
     pub(super) fn at(&self, length: f32) -> Place {
         let count = self.places.len();
         let after = self.lengths.partition_point(|&l| l <= length).clamp(1, count);
@@ -124,8 +125,8 @@ impl Track {
         Place { middle: a.middle.lerp(b.middle, t), ahead, side: ahead.cross(up), up }
     }
 
-    /// The height of the highest stretch that passes under `place` (at `length`) within `reach` to the side and at
-    /// least `clear` below it.
+    /// Height of the highest stretch that passes under `place` (at `length`) within `reach` to the side and
+    /// at least `clear` below it.
     pub(super) fn highest_below(&self, place: &Place, length: f32, reach: f32, clear: f32) -> Option<f32> {
         let apart = |other: f32| {
             let along = (other - length).abs();

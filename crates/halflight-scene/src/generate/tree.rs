@@ -1,4 +1,5 @@
-//! A broad-leaved tree on a patch of ground: trunk, branches and twigs as tapered tubes, leaves as folded quads.
+//! A broad-leaved tree on a patch of ground: trunk, branches and twigs as tapered tubes, leaves as folded
+//! quads.
 
 use std::f32::consts::TAU;
 
@@ -17,19 +18,19 @@ const LEAVES: [u32; 3] = [2, 3, 4];
 const PALETTE: [[f32; 3]; 5] =
     [[0.55, 0.50, 0.42], [0.30, 0.22, 0.16], [0.22, 0.42, 0.12], [0.30, 0.48, 0.14], [0.16, 0.34, 0.10]];
 
-/// How the branches of one order grow: the trunk first, twigs last.
+/// Growth parameters of the branches of one order: the trunk first, twigs last.
 struct Order {
     /// Points along a branch, and sides of its tube.
     points: usize,
     sides: usize,
-    /// How many branches of the next order leave it, and from where on.
+    /// Number of branches of the next order that leave it, and the relative position of the first.
     children: u32,
     from: f32,
     /// Length and radius of a child relative to its parent's, and the angle between them in degrees.
     length: f32,
     radius: f32,
     angle_deg: f32,
-    /// How crooked it is, and how much it turns up (or, negative, down).
+    /// Crookedness, and upward (or, negative, downward) curvature.
     bend: f32,
     rise: f32,
 }
@@ -109,7 +110,7 @@ struct Tree {
     builder: Builder,
     leaves: u32,
     seed: u32,
-    /// Branches so far: each has random numbers of its own.
+    /// Number of branches so far: each has its own random numbers.
     grown: u32,
 }
 
@@ -169,7 +170,7 @@ impl Tree {
             let (base, along, _) = at(twig, t.min(1.0));
             let spread = random.direction();
             let out = (along * 0.6 + spread + Vec3::Y * -0.25).normalize_or(along);
-            // Leaves turn their faces up, more or less.
+            // Leaves face roughly upwards.
             let face = (Vec3::Y + random.direction() * 0.7).normalize_or(Vec3::Y);
             let across = out.cross(face).normalize_or(out.any_orthonormal_vector());
             let length = random.between(0.09, 0.15);

@@ -1,4 +1,4 @@
-//! The arguments of `map_Kd`: options, which begin with a dash, and a file.
+//! Arguments of `map_Kd`: options, which begin with a dash, and a file.
 
 use std::path::Path;
 
@@ -26,29 +26,29 @@ impl UvTransform {
         *self == Self::default()
     }
 
-    /// Its numbers, bit by bit, for use as a key.
+    /// Bits of its numbers, for use as a key.
     pub(crate) fn bits(&self) -> [u32; 4] {
         [self.scale.x, self.scale.y, self.offset.x, self.offset.y].map(f32::to_bits)
     }
 }
 
-/// A map: its options and the name of its file.
+/// Texture map: its options and the name of its file.
 #[derive(Default)]
 pub(super) struct Map<'a> {
     uv: UvTransform,
-    /// Options that change the picture and are not supported.
+    /// Options that change the image and are not supported.
     ignored: Vec<&'a [u8]>,
-    /// The name as the file has it, perhaps with a comment.
+    /// Name as written in the file, possibly with a comment.
     name: &'a [u8],
 }
 
 /// The arguments of an option.
 enum Arguments {
-    /// Up to so many numbers.
+    /// Up to this many numbers.
     Numbers(usize),
-    /// A word; the value that changes nothing.
+    /// Word, with the value that has no effect.
     Word(&'static [u8]),
-    /// A word that means nothing for a colour.
+    /// Word that has no meaning for a colour.
     Unused,
 }
 
@@ -65,7 +65,7 @@ fn arguments(option: &[u8]) -> Option<Arguments> {
     })
 }
 
-/// Reads the arguments of a map; `None` where they name no file.
+/// Reads the arguments of a map; `None` if they name no file.
 pub(super) fn parse(arguments: &[u8]) -> Option<Map<'_>> {
     let mut map = Map::default();
     map.name = map.options(trim(arguments));
@@ -73,7 +73,7 @@ pub(super) fn parse(arguments: &[u8]) -> Option<Map<'_>> {
 }
 
 impl<'a> Map<'a> {
-    /// Takes the options at the start of `rest`.
+    /// Consumes the options at the start of `rest`.
     fn options(&mut self, mut rest: &'a [u8]) -> &'a [u8] {
         loop {
             let (option, after) = first_word(rest);
@@ -92,7 +92,8 @@ impl<'a> Map<'a> {
         }
     }
 
-    /// Takes an option of at most `most` numbers; those left out are as they were. Returns what follows them.
+    /// Consumes an option of at most `most` numbers; missing ones keep their values. Returns the remaining
+    /// text.
     fn numbers(&mut self, option: &'a [u8], mut rest: &'a [u8], most: usize) -> &'a [u8] {
         let (start, neutral) = match option.to_ascii_lowercase().as_slice() {
             b"-s" => ([1.0, 1.0, 1.0], [1.0, 1.0, 1.0]),
@@ -115,7 +116,7 @@ impl<'a> Map<'a> {
         rest
     }
 
-    /// The map where its options follow the file, as some write it; `None` where they do not.
+    /// Map whose options follow the file name, as some programs write it; `None` if there are none.
     fn with_trailing_options(&self) -> Option<Self> {
         let starts = (1..self.name.len()).filter(|&at| self.name[at] == b'-' && self.name[at - 1] <= b' ');
         let start = starts.into_iter().find(|&at| arguments(first_word(&self.name[at..]).0).is_some())?;
@@ -125,8 +126,8 @@ impl<'a> Map<'a> {
     }
 }
 
-/// The texture that the `map_Kd` of a library names, and what is applied to texture coordinates; `None`, with a warning, where
-/// it is missing or cannot be decoded.
+/// Texture that the `map_Kd` of a library names, and the transform of texture coordinates; `None`, with a
+/// warning, if it is missing or cannot be decoded.
 pub(super) fn look_up(library: &Path, arguments: &[u8], context: &mut Context) -> (Option<u32>, UvTransform) {
     let Some(map) = parse(arguments) else { return (None, UvTransform::default()) };
     let folder = library.parent().unwrap_or(Path::new(""));

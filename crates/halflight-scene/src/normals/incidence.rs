@@ -1,4 +1,4 @@
-//! Triangle corners by the points they lie at.
+//! Triangle corners by position.
 
 use std::hash::{BuildHasher, RandomState};
 
@@ -6,12 +6,12 @@ use glam::Vec3;
 use halflight_core::hash::fold;
 use halflight_core::scene::Mesh;
 
-/// The triangle corners at every point. Vertices at exactly one position are one point: seams of texture coordinates or
-/// materials are not creases.
+/// Triangle corners at every point. Vertices with equal positions are one point: seams of texture coordinates
+/// or materials are not creases.
 pub(super) struct Incidence {
-    /// Place in `corners` at which those of each point begin; one entry more than points.
+    /// Start in `corners` of each point's corners; one entry more than points.
     starts: Vec<u32>,
-    /// Three times the triangle, plus 0, 1 or 2.
+    /// Corners, as three times the triangle, plus 0, 1 or 2.
     corners: Vec<u32>,
 }
 
@@ -24,7 +24,7 @@ impl Incidence {
         for &vertex in vertices {
             starts[point(vertex)] += 1;
         }
-        // Ends first; each corner that is put down from behind moves its point's end towards its start.
+        // Ends first; each inserted corner moves its point's end down towards its start.
         let mut end = 0;
         for count in &mut starts {
             end += *count;
@@ -44,23 +44,23 @@ impl Incidence {
         self.starts.len() - 1
     }
 
-    /// The corners at a point, in order.
+    /// Corners at a point, in order.
     pub(super) fn of(&self, point: usize) -> &[u32] {
         &self.corners[self.starts[point] as usize..self.starts[point + 1] as usize]
     }
 }
 
-/// The point of every vertex, and the number of points, by a table of vertices at the hash of their position.
+/// Point of every vertex, and the number of points, by a hash table of positions.
 fn weld(positions: &[Vec3]) -> (Vec<u32>, usize) {
     const FREE: u32 = u32::MAX;
-    // The result does not depend on the seed; it keeps files from being made so that all hashes are one.
+    // The result does not depend on the seed, which protects against files whose hashes all collide.
     let seed = RandomState::new().hash_one(0) as u32;
     let mut table = vec![FREE; (2 * positions.len()).next_power_of_two()];
     let mask = table.len() - 1;
     let mut point_of: Vec<u32> = Vec::with_capacity(positions.len());
     let mut points = 0;
     for (vertex, &position) in positions.iter().enumerate() {
-        // Adding zero turns -0 into 0, which is the same place.
+        // Adding zero turns -0 into 0, an equal position.
         let hash = (position + 0.0).to_array().map(f32::to_bits).into_iter().fold(seed, fold);
         let mut place = hash as usize & mask;
         while table[place] != FREE && positions[table[place] as usize] != position {

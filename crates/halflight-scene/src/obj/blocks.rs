@@ -1,22 +1,22 @@
-//! Files in blocks of whole statements, so that a long file is never in memory as a whole.
+//! Blocks of whole statements, so that a long file is never in memory as a whole.
 
 use std::io::{self, Read};
 
 use crate::text::{decode, is_utf8, last_statement_end, statement_end};
 
-/// Bytes that are read at once.
+/// Bytes per read.
 const BLOCK: usize = 4 << 20;
 
-/// Bytes that one thread reads at once; the cuts depend on the file alone.
+/// Bytes per parsing task; the cuts depend on the file alone.
 const CHUNK: usize = 256 << 10;
 
 /// Reads a text block by block.
 pub(super) struct Blocks<R> {
     reader: R,
     buffer: Vec<u8>,
-    /// Place in the buffer at which the next block begins.
+    /// Start of the next block in the buffer.
     start: usize,
-    /// True until something was read.
+    /// True until the first read.
     fresh: bool,
 }
 
@@ -25,7 +25,7 @@ impl<R: Read> Blocks<R> {
         Self { reader, buffer: Vec::new(), start: 0, fresh: true }
     }
 
-    /// The next block, which ends with a statement; empty at the end of the text.
+    /// Returns the next block, which ends with a statement; empty at the end of the text.
     pub(super) fn next(&mut self) -> io::Result<&[u8]> {
         self.buffer.drain(..self.start);
         self.start = 0;

@@ -1,4 +1,4 @@
-//! A piece of an OBJ file, read by itself, so that several threads can share a file.
+//! Piece of an OBJ file, parsed independently, so that several threads can parse a file.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use crate::faces::Faces;
 use crate::text::{Statements, first_word, keyword_and_rest, numbers, shown};
 use crate::vertices::Corner;
 
-/// Statements that are noted where they first occur.
+/// Statements whose first occurrence is reported.
 #[derive(Clone, Copy)]
 pub(super) enum Note {
     Curves,
@@ -24,7 +24,7 @@ impl Note {
     ];
 }
 
-/// Kinds of things that corners of faces refer to, as indices into arrays of three.
+/// Kinds of attributes of face corners, as indices into arrays of three.
 pub(super) const POSITION: usize = 0;
 pub(super) const UV: usize = 1;
 pub(super) const NORMAL: usize = 2;
@@ -32,24 +32,24 @@ pub(super) const NORMAL: usize = 2;
 /// Names of the kinds in messages.
 pub(super) const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
-/// An index of a face and where it stands.
+/// Index in a face, and its line.
 #[derive(Clone, Copy)]
 pub(super) struct Reference {
-    /// As the file has it; below zero it counts back from the line.
+    /// Index as written; negative ones count back from the line.
     pub(super) index: i64,
-    /// Index counted from 1: from the file's first, or for indices below zero from the chunk's first.
+    /// Index counted from 1: from the file's first, or for negative indices from the chunk's first.
     pub(super) reach: i64,
-    /// The line in the chunk.
+    /// Line in the chunk.
     pub(super) line: usize,
 }
 
-/// A `usemtl` or `mtllib`.
+/// Statement `usemtl` or `mtllib`.
 pub(super) struct Naming {
     pub(super) is_library: bool,
     /// Number of the chunk's faces before it.
     pub(super) face: usize,
     pub(super) line: usize,
-    /// Its place in [`Chunk::names`].
+    /// Range of its name in [`Chunk::names`].
     pub(super) name: Range<usize>,
 }
 
@@ -63,13 +63,13 @@ pub(super) struct Chunk {
     pub(super) normals: Vec<Vec3>,
     /// Corners are indices into positions, texture coordinates and normals, counted from 1; 0 is none.
     pub(super) faces: Faces<Corner>,
-    /// Places in the faces' corners, three a corner, of indices that count from the chunk's first.
+    /// Positions in the faces' corners, three per corner, of indices that count from the chunk's first.
     pub(super) relative: Vec<usize>,
-    /// The index that reaches farthest of each kind.
+    /// Largest index of each kind.
     pub(super) highest: [Option<Reference>; 3],
-    /// The index that reaches back farthest of each kind.
+    /// Index of each kind that refers back farthest.
     pub(super) lowest: [Option<Reference>; 3],
-    /// The first index of each kind that is 0.
+    /// First index of each kind that is 0.
     pub(super) zero: [Option<Reference>; 3],
     /// Lines of the positions that are not finite, and their indices from 0.
     pub(super) not_finite: Vec<(usize, usize)>,
@@ -77,7 +77,7 @@ pub(super) struct Chunk {
     pub(super) uv_not_finite: Option<usize>,
     pub(super) namings: Vec<Naming>,
     pub(super) names: Vec<u8>,
-    /// The first line of each note.
+    /// First line of each note.
     pub(super) notes: [Option<usize>; Note::ALL.len()],
     /// Line and reason of the fault at which reading stopped.
     pub(super) fault: Option<(usize, String)>,
@@ -115,7 +115,7 @@ impl Chunk {
                 self.note(Note::Curves, line);
                 Ok(())
             }
-            // Groups, smoothing, points, lines and whatever else is there do not change the triangles.
+            // Groups, smoothing, points, lines and other statements do not change the triangles.
             _ => Ok(()),
         }
     }
@@ -186,7 +186,7 @@ impl Chunk {
             self.relative.truncate(first_relative);
             return Ok(());
         }
-        // What not all corners of a face name, none has.
+        // Attributes that not all corners of a face have are dropped.
         for kind in (UV..=NORMAL).filter(|&kind| !named[kind]) {
             self.faces.corners[first..].iter_mut().for_each(|corner| corner[kind] = 0);
             let relative = self.relative.split_off(first_relative);
@@ -213,7 +213,7 @@ impl Chunk {
             let reference = Reference { index, reach, line };
             if index < 0 {
                 self.relative.push(3 * self.faces.corners.len() + kind);
-                // What reaches back this far is before any file's first.
+                // Indices that refer back this far are before any file's first.
                 corner[kind] = i32::try_from(reach).unwrap_or(i32::MIN) as u32;
                 if self.lowest[kind].is_none_or(|lowest| reach < lowest.reach) {
                     self.lowest[kind] = Some(reference);
@@ -236,13 +236,13 @@ fn numbers_of(keyword: &str, rest: &[u8]) -> Result<(usize, [f64; 8]), String> {
     numbers(rest).ok_or_else(|| format!("`{keyword} {}`, expected numbers after {keyword}", shown(rest)))
 }
 
-/// A normal of length 1 in single precision; zero, which means to be computed, where it has no direction.
+/// Unit normal in single precision; zero, which means to be computed, where it has no direction.
 pub(crate) fn unit_or_zero(normal: DVec3) -> Vec3 {
     let unit = normal.as_vec3().normalize_or_zero();
     if unit == Vec3::ZERO { normal.normalize_or_zero().as_vec3() } else { unit }
 }
 
-/// The indices of a corner, and whether a comment follows in the same word.
+/// Indices of a corner; the flag is true if a comment follows in the same word.
 fn corner(word: &[u8]) -> Result<([Option<i64>; 3], bool), String> {
     let mut indices = [None; 3];
     let mut at = 0;
@@ -272,7 +272,7 @@ fn corner(word: &[u8]) -> Result<([Option<i64>; 3], bool), String> {
     Err(corner_fault(word))
 }
 
-/// Says what is wrong with a corner.
+/// Description of the fault of a corner.
 fn corner_fault(word: &[u8]) -> String {
     let word = shown(word.split(|&byte| byte == b'#').next().unwrap_or(word));
     let mut parts = word.split('/');

@@ -1,4 +1,4 @@
-//! The materials of an OBJ file: its libraries, and which face has which.
+//! Materials of an OBJ file: its libraries, and the material of each face.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -12,26 +12,26 @@ use crate::folders::{path_of, shown};
 use crate::mtl::{self, Library, UvTransform};
 use crate::text::{forms, words};
 
-/// Materials in use and the faces they begin at.
+/// Materials in use and the runs of faces that use them.
 pub(super) struct Surfaces {
     pub(super) materials: Vec<Material>,
-    /// Transforms of texture coordinates, one a material.
+    /// Transforms of texture coordinates, one per material.
     pub(super) uvs: Vec<UvTransform>,
-    /// Numbers of faces, and the material from there on; the first is 0.
+    /// First face and material of each run; material 0 before the first run.
     pub(super) runs: Vec<(usize, u32)>,
 }
 
 impl Default for Surfaces {
-    /// The default material alone.
+    /// Returns the default material alone.
     fn default() -> Self {
         Self { materials: vec![Material::default()], uvs: vec![UvTransform::default()], runs: Vec::new() }
     }
 }
 
 impl Surfaces {
-    /// The materials of the file at `path`. Names are looked up when all of the file is known, since some files name their
-    /// library last. Where several libraries define a name, the last one that is named before its use counts, or else the
-    /// first.
+    /// Materials of the file at `path`. Names are resolved after the whole file was read, since some files
+    /// name their library last. If several libraries define a name, the last one named before its use wins,
+    /// or else the first.
     pub(super) fn of(path: &Path, merged: &Merged, definitions: &Definitions, context: &mut Context) -> Self {
         let mut undefined: Vec<(usize, usize)> = Vec::new();
         let mut meanings: Vec<Option<Meaning>> = merged.names.iter().map(|_| None).collect();
@@ -87,30 +87,30 @@ impl Surfaces {
     }
 }
 
-/// A library, by its number, and a material of it.
+/// Number of a library, and a material in it.
 type Definition = (usize, usize);
 
-/// Meaning of a material's name.
+/// Result of resolving a material's name.
 enum Meaning {
     Undefined,
     /// No name: the default material.
     Default,
-    /// For every library that defines it, the line that names the library, and the definition.
+    /// For every library that defines the name, the line that names the library, and the definition.
     Defined(Vec<(usize, Definition)>),
 }
 
-/// Number of libraries that are searched one by one. More have an index by name, which files that share a large library can do
-/// without.
+/// Most libraries that are searched one by one. More libraries get an index by name, which files that share a
+/// large library do not need.
 const FEW: usize = 4;
 
-/// The materials of all libraries of a file.
+/// Materials of all libraries of a file.
 #[derive(Default)]
 pub(super) struct Definitions {
     /// Libraries and the lines that name them.
     libraries: Vec<(usize, Rc<Library>)>,
-    /// Numbers of the libraries that know a name.
+    /// Numbers of the libraries that define a name.
     by_name: HashMap<Vec<u8>, Vec<usize>>,
-    /// Set where a library is missing.
+    /// True if a library is missing.
     incomplete: bool,
 }
 
@@ -156,7 +156,7 @@ impl Definitions {
         }
     }
 
-    /// The definitions of a name and the lines of their libraries; of several on one line the first.
+    /// Definitions of a name and the lines of their libraries; of several on one line the first.
     fn places(&self, name: &[u8], shortened: bool) -> Vec<(usize, Definition)> {
         let few: [usize; FEW] = std::array::from_fn(|number| number);
         let numbers = if self.libraries.len() <= FEW {
@@ -175,7 +175,7 @@ impl Definitions {
         places
     }
 
-    /// The libraries that `names` means: one file, or several with spaces between them.
+    /// Libraries that `names` refers to: one file, or several separated by spaces.
     fn find(&mut self, path: &Path, folder: &Path, names: &[u8], context: &mut Context) -> Vec<PathBuf> {
         let forms = forms(names);
         let whole = forms.iter().find_map(|form| context.folders.find(folder, &path_of(form)));
@@ -186,7 +186,7 @@ impl Definitions {
         let mut found = Vec::new();
         for name in all {
             let wanted = path_of(name);
-            // Paths of another machine: the file's name has to do.
+            // Paths of another machine: only the file's name is used.
             let last = wanted.file_name().map(Path::new);
             let library = context
                 .folders

@@ -1,4 +1,4 @@
-//! Content of an OBJ file, put together from its chunks.
+//! Content of an OBJ file, merged from its chunks.
 
 use std::collections::HashMap;
 
@@ -8,7 +8,7 @@ use super::chunk::{Chunk, KINDS, NORMAL, Note, POSITION, Reference, UV};
 use crate::faces::Faces;
 use crate::vertices::{Corner, Vertices};
 
-/// A `usemtl` or `mtllib`, by its line in the file.
+/// Statement `usemtl` or `mtllib`, by its line in the file.
 pub(super) struct Naming {
     pub(super) is_library: bool,
     /// Number of faces before it.
@@ -26,10 +26,10 @@ pub(super) struct Merged {
     pub(super) uvs: Vec<Vec2>,
     pub(super) normals: Vec<Vec3>,
     pub(super) vertices: Vertices,
-    /// Corners are vertices.
+    /// Corners as vertex indices.
     pub(super) faces: Faces<u32>,
     highest: [Option<Reference>; 3],
-    /// An index of each kind that is not defined and was left out.
+    /// First undefined index of each kind that was dropped.
     left_out: [Option<Reference>; 3],
     /// Lines of the positions that are not finite, and their indices from 0.
     pub(super) not_finite: Vec<(usize, usize)>,
@@ -59,7 +59,7 @@ impl Merged {
                 && let Some(reference) = undefined.map(here)
             {
                 let defined = base + chunk.positions.len() as i64;
-                // An index below 0 counts back from what is defined at its line.
+                // A negative index counts back from the attributes defined at its line.
                 let before = base + reference.reach - reference.index - 1;
                 let count = if reference.index < 0 { before } else { defined };
                 return Err((reference.line, undefined_position(reference.index, count)));
@@ -103,7 +103,7 @@ impl Merged {
         self.names.len() - 1
     }
 
-    /// Checks what can be known only at the end: that faces refer to positions that exist.
+    /// Checks, after the whole file was read, that faces refer to positions that exist.
     pub(super) fn finish(&mut self) -> Result<(), (usize, String)> {
         let counts = [self.positions.len(), self.uvs.len(), self.normals.len()];
         for (kind, count) in counts.into_iter().enumerate() {
@@ -132,7 +132,7 @@ impl Merged {
         notes.chain(indices).collect()
     }
 
-    /// The position, texture coordinate and normal of a vertex; zero for what it has not.
+    /// Position, texture coordinate and normal of a vertex; zero for missing ones.
     pub(super) fn attributes(&self, [position, uv, normal]: Corner) -> (DVec3, Vec2, Vec3) {
         let at = |index: u32| (index as usize).wrapping_sub(1);
         (

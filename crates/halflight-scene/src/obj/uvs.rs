@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use crate::model::ModelMesh;
 use crate::mtl::UvTransform;
 
-/// Applies the transforms of the mesh's materials, one each, to the texture coordinates of their faces. A vertex that
-/// materials of different transforms share is split.
+/// Applies the transforms of the mesh's materials to the texture coordinates of their faces. A vertex shared
+/// by materials of different transforms is split.
 pub(super) fn apply(mesh: &mut ModelMesh, transforms: &[UvTransform]) {
     const NONE: u32 = u32::MAX;
     if transforms.iter().all(UvTransform::is_identity) {

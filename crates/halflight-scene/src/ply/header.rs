@@ -1,4 +1,4 @@
-//! The header of a PLY file.
+//! Header of a PLY file.
 
 use memchr::memchr2;
 
@@ -58,7 +58,7 @@ impl Scalar {
         matches!(self, Self::F32 | Self::F64)
     }
 
-    /// The largest number of an unsigned type, which is what -1 becomes there.
+    /// Largest number of an unsigned type, which represents -1.
     pub(super) fn minus_one(self) -> f64 {
         match self {
             Self::U8 => u8::MAX.into(),
@@ -74,7 +74,7 @@ impl Scalar {
 pub(super) struct Property {
     pub(super) name: String,
     pub(super) scalar: Scalar,
-    /// The type of a list's count.
+    /// Type of a list's count.
     pub(super) count: Option<Scalar>,
 }
 
@@ -95,7 +95,7 @@ impl Element {
 pub(super) struct Header {
     pub(super) format: Format,
     pub(super) elements: Vec<Element>,
-    /// The names of texture files, from comments.
+    /// Names of texture files, from comments.
     pub(super) textures: Vec<Vec<u8>>,
     /// Bytes of the header, its last line end included.
     pub(super) length: usize,

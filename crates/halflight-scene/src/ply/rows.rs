@@ -1,4 +1,4 @@
-//! The elements of a PLY file that make a mesh.
+//! Elements of a PLY file that make a mesh.
 
 use std::collections::HashMap;
 
@@ -10,7 +10,7 @@ use super::values::{Fault, Values};
 use crate::faces::Faces;
 use crate::obj::unit_or_zero;
 
-/// A fault in a row: its number, and why.
+/// Row number and fault.
 pub(super) type RowFault = (usize, Fault);
 
 /// Names of the list of a face's vertices.
@@ -30,19 +30,19 @@ pub(super) struct Rows {
     /// Texture coordinates of the faces' corners, where the file has such.
     pub(super) corner_uvs: Option<Vec<Vec2>>,
     pub(super) uvs_of_wrong_length: usize,
-    /// Numbers of faces, and the look from there on as an index into `looks`; the default one before.
+    /// First face of each run, and its look as an index into `looks`; the default look before the first run.
     pub(super) look_runs: Vec<(usize, u32)>,
     /// Looks of faces, each once; the default look is not among them.
     pub(super) looks: Vec<Look>,
     known_looks: HashMap<Look, u32>,
-    /// Set where a colour is transparent.
+    /// True if a colour is transparent.
     pub(super) transparent: bool,
 }
 
 /// Colour and texture of a face.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub(super) struct Look {
-    /// The bits of a linear colour.
+    /// Bits of a linear colour.
     pub(super) colour: Option<[u32; 3]>,
     pub(super) texture: Option<i64>,
 }
@@ -81,7 +81,7 @@ impl Rows {
         Ok(())
     }
 
-    /// Reads faces; with `looks` also what they say of their material.
+    /// Reads faces; with `looks` also their colours and textures.
     pub(super) fn faces(
         &mut self,
         element: &Element,
@@ -158,14 +158,14 @@ impl Rows {
         Ok(look)
     }
 
-    /// Ends what the faces before looked like.
+    /// Resets the look at the start of an element.
     fn begin_element(&mut self) {
         if !self.look_runs.is_empty() {
             self.set_look(Look::default());
         }
     }
 
-    /// Gives the faces from here on a look.
+    /// Sets the look of the faces from here on.
     fn set_look(&mut self, look: Look) {
         let new = self.looks.len() as u32;
         let index = *self.known_looks.entry(look).or_insert(new);
@@ -193,7 +193,7 @@ impl Rows {
         all.resize(count, Vec2::ZERO);
     }
 
-    /// Reads triangle strips of `vertices` vertices: -1 ends a strip, and every second triangle is turned.
+    /// Reads triangle strips of `vertices` vertices: -1 ends a strip, and every second triangle is flipped.
     pub(super) fn strips(
         &mut self,
         element: &Element,
@@ -219,7 +219,7 @@ impl Rows {
                     }
                     let index = whole(index).map_err(fault)?;
                     let [a, b] = strip;
-                    // Triangles that name a corner twice join strips and have no area.
+                    // Triangles that use a corner twice join strips and have no area.
                     if length >= 2 && a != b && b != index && a != index {
                         let triangle = if length.is_multiple_of(2) { [a, b, index] } else { [b, a, index] };
                         let first = self.faces.corners.len();
@@ -239,18 +239,18 @@ impl Rows {
 /// Meaning of a property of faces.
 #[derive(Clone, Copy)]
 enum Role {
-    /// The list of vertices, with the type of its count.
+    /// List of vertices, with the type of its count.
     Indices(Scalar),
-    /// The list of texture coordinates, two a corner.
+    /// List of texture coordinates, two per corner.
     Uvs(Scalar),
     /// Red, green, blue or alpha.
     Channel(usize),
-    /// The number of the texture.
+    /// Number of the texture.
     Texture,
     None,
 }
 
-/// A number of a vertex, which may turn out not to exist.
+/// Vertex index, which may be out of range.
 fn whole(index: f64) -> Result<u32, Fault> {
     let number = (index.fract() == 0.0).then(|| u32::try_from(index as i64).ok()).flatten();
     number.ok_or_else(|| {
@@ -268,7 +268,7 @@ fn byte(value: f64, scalar: Scalar) -> u8 {
     value.round() as u8
 }
 
-/// A colour channel as a linear value: whole numbers are sRGB, numbers with a point are linear.
+/// Colour channel as a linear value: integers are sRGB, floating-point numbers are linear.
 fn linear(value: f64, scalar: Scalar) -> f32 {
     match scalar {
         Scalar::F32 | Scalar::F64 => {

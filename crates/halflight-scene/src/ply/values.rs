@@ -1,13 +1,13 @@
-//! The numbers of a PLY file, one after the other.
+//! Reader of the numbers of a PLY file.
 
 use super::header::{Format, Property, Scalar};
 use crate::text::{first_number, first_word, shown};
 
-/// Reason why a number cannot be read.
+/// Reason for which a number cannot be read.
 pub(super) enum Fault {
-    /// The file ends.
+    /// End of the file.
     End,
-    /// Something else stands there.
+    /// Other content.
     Other(String),
 }
 
@@ -22,12 +22,12 @@ impl<'a> Values<'a> {
         Self { format, rest }
     }
 
-    /// Bytes that are left, and with them an upper limit of what can follow.
+    /// Number of bytes that are left, an upper limit on the number of values.
     pub(super) fn left(&self) -> usize {
         self.rest.len()
     }
 
-    /// The next number. Numbers in text are not rounded to their type.
+    /// Reads the next number. Numbers in text are not rounded to their type.
     #[inline]
     pub(super) fn next(&mut self, scalar: Scalar) -> Result<f64, Fault> {
         match self.format {
@@ -59,7 +59,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// The length of a list.
+    /// Reads the length of a list.
     pub(super) fn count(&mut self, scalar: Scalar) -> Result<usize, Fault> {
         let count = self.next(scalar)?;
         match count {
@@ -69,7 +69,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Passes over what a row has under a property that is not used.
+    /// Skips the value of a property that is not used.
     pub(super) fn skip(&mut self, property: &Property) -> Result<(), Fault> {
         let count = property.count.map_or(Ok(1), |count| self.count(count))?;
         if self.format != Format::Ascii {

@@ -1,4 +1,4 @@
-//! Triangles inside an outline, by a constrained Delaunay triangulation.
+//! Triangulation of an outline by a constrained Delaunay triangulation.
 
 use std::collections::HashMap;
 
@@ -14,14 +14,15 @@ use super::turn;
 
 type Net = ConstrainedDelaunayTriangulation<Point2<f64>, (), (), (), HierarchyHintGenerator<f64>>;
 
-/// Triangulates a polygon that may touch itself; `None` where it crosses itself or its coordinates are out of range.
+/// Triangulates a polygon that may touch itself; `None` if it crosses itself or its coordinates are out of
+/// range.
 pub(super) fn triangulate(flat: &[DVec2]) -> Option<Vec<[usize; 3]>> {
-    // Corners at one place become one point.
+    // Corners with equal positions become one point.
     let mut known = HashMap::with_capacity(flat.len());
     let mut places = Vec::with_capacity(flat.len());
     let outline: Vec<usize> = (0..flat.len())
         .map(|corner| {
-            // Adding zero turns -0 into 0, which is the same place.
+            // Adding zero turns -0 into 0, an equal position.
             let place = flat[corner] + 0.0;
             *known.entry(place.to_array().map(f64::to_bits)).or_insert_with(|| {
                 places.push((corner, mitigate_underflow(Point2::new(place.x, place.y))));
@@ -36,8 +37,9 @@ pub(super) fn triangulate(flat: &[DVec2]) -> Option<Vec<[usize; 3]>> {
         .map(|(from, to)| [from, to])
         .filter(|[from, to]| from != to)
         .collect();
-    // In a random order the work is n log n whatever the outline; in its own order each edge of a tall comb would cross most of
-    // the triangles of the others (Guibas, Knuth and Sharir 1992; Shewchuk and Brown 2015).
+    // In a random order the work is n log n whatever the outline; in its own order each edge of a tall comb
+    // would cross most of the triangles of the others (Guibas, Knuth and Sharir 1992; Shewchuk and Brown
+    // 2015).
     let mut order: Vec<usize> = (0..places.len()).collect();
     shuffle(&mut order);
     shuffle(&mut edges);
@@ -63,7 +65,7 @@ pub(super) fn triangulate(flat: &[DVec2]) -> Option<Vec<[usize; 3]>> {
         }
     }
 
-    // How often the outline follows each directed edge.
+    // Number of times that the outline follows each directed edge.
     let mut along = vec![0i32; 2 * net.num_undirected_edges()];
     for [from, to] in edges {
         for part in LineIntersectionIterator::new_from_handles(&net, from, to) {
@@ -81,7 +83,7 @@ pub(super) fn triangulate(flat: &[DVec2]) -> Option<Vec<[usize; 3]>> {
         let across = edge.rev();
         let inside = &mut windings[across.face().index()];
         if inside.is_none() {
-            // The left of an edge winds once more than its right.
+            // The winding number left of an edge is one more than right of it.
             *inside = Some(outside + along[across.index()] - along[edge.index()]);
             open.extend([across.next(), across.prev()]);
         }
@@ -99,7 +101,7 @@ pub(super) fn triangulate(flat: &[DVec2]) -> Option<Vec<[usize; 3]>> {
     Some(triangles)
 }
 
-/// Puts items into a random order, the same one every time (Fisher and Yates).
+/// Shuffles items in a reproducible random order (Fisher and Yates).
 fn shuffle<T>(items: &mut [T]) {
     for at in (1..items.len()).rev() {
         let random = mix(at as u32) as usize;
@@ -107,9 +109,9 @@ fn shuffle<T>(items: &mut [T]) {
     }
 }
 
-/// Moves the corners of a large triangle to the front, first of all the one farthest from the line through the other two.
-/// Locating a point is slow as long as all points before it lie on one line; the hint generator's sparser levels begin with
-/// the first point, too. Returns whether there is such a triangle.
+/// Moves the corners of a large triangle to the front, first of all the one farthest from the line through
+/// the other two. Locating a point is slow as long as all points before it lie on one line; the hint
+/// generator's sparser levels begin with the first point, too. Returns true if there is such a triangle.
 fn begin_with_a_triangle(order: &mut [usize], point: impl Fn(usize) -> DVec2) -> bool {
     let mut bring = |to: usize, measure: &dyn Fn(DVec2) -> f64| {
         let measures = order.iter().map(|&place| measure(point(place))).enumerate();

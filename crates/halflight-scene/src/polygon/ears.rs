@@ -4,8 +4,8 @@ use glam::DVec2;
 
 use super::turn;
 
-/// Clips the ears of a counter-clockwise polygon of at least three corners. Returns its triangles, and whether all of them are
-/// ears: then they cover the polygon and nothing else.
+/// Clips the ears of a counter-clockwise polygon of at least three corners. Returns its triangles; the flag
+/// is true if all of them are ears, and then they cover exactly the polygon.
 pub(super) fn clip(flat: &[DVec2]) -> (Vec<[usize; 3]>, bool) {
     let mut triangles = Vec::with_capacity(flat.len() - 2);
     let mut left: Vec<usize> = (0..flat.len()).collect();

@@ -1,9 +1,9 @@
-//! Triangles cover outlines and nothing else.
+//! Triangulations cover their outlines exactly.
 
 use super::*;
 
-/// Triangulates an outline in the plane z = 0, seen from all six sides of the axes and from far away. Returns the number
-/// of triangles and their area; each must face to where the outline does.
+/// Triangulates an outline in the plane z = 0, rotated to all six axis directions and moved far away. Returns
+/// the number of triangles and their area; each must have the outline's orientation.
 fn area(outline: &[[f64; 2]]) -> (usize, f64) {
     let corners: Vec<u32> = (0..outline.len() as u32).collect();
     let mut found = Vec::new();
@@ -34,13 +34,13 @@ fn area(outline: &[[f64; 2]]) -> (usize, f64) {
     found[0]
 }
 
-/// The formula of the shoelace.
+/// Area by the shoelace formula.
 fn shoelace(outline: &[[f64; 2]]) -> f64 {
     let next = outline.iter().cycle().skip(1);
     outline.iter().zip(next).map(|(a, b)| (a[0] * b[1] - b[0] * a[1]) / 2.0).sum()
 }
 
-/// Every corner of an outline begins it once, and stands twice or thrice in turn.
+/// Outlines that start at each corner, and with each corner repeated twice or three times.
 fn variants(outline: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
     let count = outline.len();
     let mut all = Vec::new();
@@ -107,7 +107,7 @@ const HOLE_AT_EDGE: &[[f64; 2]] = &[
     [4.0, 4.0],
     [0.0, 4.0],
 ];
-/// A spike that goes out and comes back.
+/// Spike that goes out and comes back.
 const SPIKE: &[[f64; 2]] = &[[0.0, 0.0], [2.0, 0.0], [4.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
 
 #[test]
@@ -119,7 +119,7 @@ fn areas_are_those_of_the_shoelace() {
         assert!(expected > 0.0);
         for outline in variants(outline) {
             assert_eq!(area(&outline).1, expected, "{outline:?}");
-            // By the other way, too, which such small ones seldom take.
+            // Small polygons are triangulated by the constrained Delaunay method as well.
             let flat: Vec<DVec2> = outline.iter().copied().map(DVec2::from_array).collect();
             let found = constrained::triangulate(&flat).unwrap();
             let areas = found.iter().map(|triangle| triangle.map(|at| flat[at]));
@@ -135,7 +135,7 @@ fn areas_are_those_of_the_shoelace() {
 
 #[test]
 fn long_outlines_keep_their_area() {
-    // A comb, a spiral, a saw-toothed ring with a bridge, stairs: each with more corners than ears are clipped of.
+    // Comb, spiral, saw-toothed ring with a bridge, stairs: each with more corners than are clipped by ears.
     let teeth = (0..200).flat_map(|tooth| {
         let x = 2.0 * f64::from(tooth);
         [[400.0 - x, 1.0], [399.5 - x, 64.0], [399.0 - x, 64.0], [398.5 - x, 1.0]]
@@ -183,7 +183,8 @@ fn long_outlines_keep_their_area() {
 
 #[test]
 fn a_nearly_round_outline_keeps_its_area() {
-    // Rounded to a multiple of 2^-23, as files with seven digits are: hundreds of corners turn the wrong way by a hair.
+    // Rounded to a multiple of 2^-23, as files with seven digits are: hundreds of corners turn the wrong way
+    // by a hair.
     let count = 20_000;
     let round = |value: f64| (value * f64::from(1 << 23)).round() / f64::from(1 << 23);
     let outline: Vec<_> = (0..count)

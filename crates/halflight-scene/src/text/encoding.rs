@@ -3,13 +3,13 @@
 /// The byte order mark of UTF-8.
 pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// Returns whether a text with these first bytes is read as it stands: UTF-8, or a code that extends ASCII.
+/// True if a text with these first bytes needs no conversion: UTF-8, or an encoding that extends ASCII.
 pub(crate) fn is_utf8(start: &[u8]) -> bool {
     width(start).is_none()
 }
 
-/// Returns a text in UTF-8 without its byte order mark. UTF-16 and UTF-32 are known by their mark or, where they have
-/// none, by the zero bytes of ASCII characters; what else is not UTF-8 stays.
+/// Converts a text to UTF-8 without a byte order mark. UTF-16 and UTF-32 are recognised by their mark or,
+/// without one, by the zero bytes of ASCII characters; other encodings are kept.
 pub(crate) fn decode(mut bytes: Vec<u8>) -> Vec<u8> {
     let Some((width, little)) = width(&bytes) else {
         if bytes.starts_with(BYTE_ORDER_MARK) {
@@ -31,7 +31,7 @@ pub(crate) fn decode(mut bytes: Vec<u8>) -> Vec<u8> {
     text.strip_prefix('\u{feff}').unwrap_or(&text).as_bytes().to_vec()
 }
 
-/// Bytes a unit, and whether the lowest comes first; `None` for units of one byte.
+/// Bytes per unit, and true if the lowest comes first; `None` for units of one byte.
 fn width(start: &[u8]) -> Option<(usize, bool)> {
     match start {
         [0xff, 0xfe, 0, 0, ..] => Some((4, true)),

@@ -2,11 +2,12 @@
 
 use super::trim;
 
-/// Comments that a name may end in; more only cost time.
+/// Most comments that are considered at the end of a name; more only cost time.
 const MAX_COMMENTS: usize = 8;
 
-/// Returns what `name` may mean, likeliest first: what stands there, then without what may be a comment (`#` at its start
-/// or behind white space), longest first; each of them also without quotation marks around it.
+/// Possible meanings of `name`, likeliest first: the whole text, then the text without a possible comment
+/// (`#` at its start or behind white space), longest first; each of them also without quotation marks around
+/// it.
 pub(crate) fn forms(name: &[u8]) -> Vec<&[u8]> {
     let comments = (0..name.len()).filter(|&at| name[at] == b'#' && (at == 0 || name[at - 1] <= b' '));
     let mut ends: Vec<usize> = comments.take(MAX_COMMENTS).collect();
@@ -20,7 +21,7 @@ pub(crate) fn forms(name: &[u8]) -> Vec<&[u8]> {
     forms
 }
 
-/// Returns what stands between the quotation marks around `name`; `None` without marks.
+/// Returns the text between the quotation marks around `name`; `None` without marks.
 fn unquoted(name: &[u8]) -> Option<&[u8]> {
     match name {
         [b'"', inner @ .., b'"'] | [b'\'', inner @ .., b'\''] => Some(trim(inner)),
@@ -28,7 +29,7 @@ fn unquoted(name: &[u8]) -> Option<&[u8]> {
     }
 }
 
-/// Splits names by white space; those in double quotation marks may hold some.
+/// Splits names by white space; names in double quotation marks may contain white space.
 pub(crate) fn words(mut names: &[u8]) -> Vec<&[u8]> {
     let mut words = Vec::new();
     loop {
@@ -66,7 +67,7 @@ mod tests {
             let found: Vec<_> = forms(name.as_bytes()).into_iter().map(String::from_utf8_lossy).collect();
             assert_eq!(found, expected, "{name}");
         }
-        // The number of forms has a limit, and so has the time they take.
+        // The number of forms is limited, and so is their time.
         assert!(forms(" #".repeat(1000).as_bytes()).len() <= MAX_COMMENTS + 1);
         assert_eq!(words(b"a  \"b c\"\td\"e \"f"), [&b"a"[..], b"b c", b"d\"e", b"\"f"]);
     }

@@ -6,7 +6,7 @@ const POWERS: [f64; 23] = [
     1e19, 1e20, 1e21, 1e22,
 ];
 
-/// Returns the first word of `text`, which is empty at its end or before a comment, and what follows it.
+/// Returns the first word of `text`, which is empty at its end or before a comment, and the remaining text.
 pub(crate) fn first_word(text: &[u8]) -> (&[u8], &[u8]) {
     let start = text.iter().position(|&byte| byte > b' ').unwrap_or(text.len());
     let text = &text[start..];
@@ -16,7 +16,7 @@ pub(crate) fn first_word(text: &[u8]) -> (&[u8], &[u8]) {
     text.split_at(text.iter().position(|&byte| byte <= b' ').unwrap_or(text.len()))
 }
 
-/// Reads the numbers of `text` up to a comment: how many there are, and the first eight; `None` where one of them is no
+/// Reads the numbers of `text` up to a comment: their count, and the first eight; `None` if one of them is no
 /// number.
 pub(crate) fn numbers(mut text: &[u8]) -> Option<(usize, [f64; 8])> {
     let mut numbers = [0.0; 8];
@@ -32,8 +32,8 @@ pub(crate) fn numbers(mut text: &[u8]) -> Option<(usize, [f64; 8])> {
     }
 }
 
-/// Reads the first number of `text`, rounded once, and returns it with what follows; no number at the end of the text or
-/// before a comment, `None` where something else stands there.
+/// Reads the first number of `text`, rounded once, and returns it with the remaining text; no number at the
+/// end of the text or before a comment, `None` for other content.
 pub(crate) fn first_number(text: &[u8]) -> Option<(Option<f64>, &[u8])> {
     let start = text.iter().position(|&byte| byte > b' ').unwrap_or(text.len());
     let text = &text[start..];
@@ -67,14 +67,14 @@ pub(crate) fn first_number(text: &[u8]) -> Option<(Option<f64>, &[u8])> {
     }
 }
 
-/// Reads a word that is a number, and tells whether a comment follows in the same word.
+/// Reads a word that is a number; the flag is true if a comment follows in the same word.
 fn any_number(word: &[u8]) -> Option<(f64, bool)> {
     if let Some(number) = str::from_utf8(word).ok().and_then(|word| word.parse().ok()) {
         return Some((number, false));
     }
     let unsigned = word.strip_prefix(b"-").or(word.strip_prefix(b"+")).unwrap_or(word);
-    // C libraries print NaN as nan(ind), 1.#IND, 1.#QNAN, 1.#SNAN or 1.#INF for infinity; with few digits the letters are
-    // rounded as if they were digits: 1.#IO, 1.#J, 1.#R, 1.$.
+    // C libraries print NaN as nan(ind), 1.#IND, 1.#QNAN, 1.#SNAN or 1.#INF for infinity; with few digits the
+    // letters are rounded as if they were digits: 1.#IO, 1.#J, 1.#R, 1.$.
     let not_a_number = match unsigned {
         [b'n' | b'N', b'a' | b'A', b'n' | b'N', b'(', .., b')'] => true,
         [b'1', b'.', b'#', letter, ..] => b"IQSJR".contains(letter),

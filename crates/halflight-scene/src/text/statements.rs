@@ -4,7 +4,7 @@ use memchr::{memchr2, memrchr2};
 
 use super::{BYTE_ORDER_MARK, trim};
 
-/// Reads a text statement by statement. Lines end with LF, CR LF or CR.
+/// Reader of a text statement by statement. Lines end with LF, CR LF or CR.
 pub(crate) struct Statements<'a> {
     rest: &'a [u8],
     /// Lines read so far.
@@ -22,7 +22,8 @@ impl<'a> Statements<'a> {
         self.lines
     }
 
-    /// The next statement, without white space at its ends and possibly empty, and its first line, counted from 1.
+    /// Returns the next statement, without white space at its ends and possibly empty, and its first line,
+    /// counted from 1.
     pub(crate) fn next(&mut self) -> Option<(usize, &[u8])> {
         if self.rest.is_empty() {
             return None;
@@ -50,7 +51,7 @@ impl<'a> Statements<'a> {
             [b'\r', b'\n', rest @ ..] | [_, rest @ ..] => rest,
             [] => after,
         };
-        // Files that were joined have byte order marks inside.
+        // Concatenated files have byte order marks inside.
         let line = trim(line);
         if line.first() == Some(&BYTE_ORDER_MARK[0]) {
             return trim(line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(line));
@@ -59,7 +60,8 @@ impl<'a> Statements<'a> {
     }
 }
 
-/// Returns what stands before the backslash that continues `line`. A backslash that ends a comment does not.
+/// Returns the text before the backslash that continues `line`. A backslash that ends a comment does not
+/// count.
 fn before_continuation(line: &[u8]) -> Option<&[u8]> {
     let before = line.strip_suffix(b"\\")?;
     let begins_comment = |at: usize| before[at] == b'#' && (at == 0 || before[at - 1] <= b' ');
@@ -73,7 +75,7 @@ pub(crate) fn keyword_and_rest(statement: &[u8]) -> (&[u8], &[u8]) {
     (keyword, trim(rest))
 }
 
-/// Returns the first place, not before `from`, where a statement of `text` ends, its line end included.
+/// Returns the first offset, not before `from`, at which a statement of `text` ends, its line end included.
 pub(crate) fn statement_end(text: &[u8], mut from: usize) -> usize {
     while let Some(found) = text.get(from..).and_then(|rest| memchr2(b'\n', b'\r', rest)) {
         from += found;
@@ -87,19 +89,20 @@ pub(crate) fn statement_end(text: &[u8], mut from: usize) -> usize {
     text.len()
 }
 
-/// Returns what stands before the line end at `at`, which may be the second half of a CR LF.
+/// Returns the text before the line end at `at`, which may be the second half of a CR LF.
 fn before_line_end(text: &[u8], at: usize) -> &[u8] {
     let before = &text[..at];
     if text[at] == b'\n' { before.strip_suffix(b"\r").unwrap_or(before) } else { before }
 }
 
-/// Returns whether the last line of `text` ends in a backslash and white space.
+/// True if the last line of `text` ends with a backslash and white space.
 fn ends_in_backslash(text: &[u8]) -> bool {
     let last = text.iter().rev().find(|&&byte| byte > b' ' || byte == b'\n' || byte == b'\r');
     last == Some(&b'\\')
 }
 
-/// Returns the last place where a statement of `text` ends and another one may begin, for a text that goes on.
+/// Returns the last offset at which a statement of `text` ends and another one may begin, for an incomplete
+/// text.
 pub(crate) fn last_statement_end(text: &[u8]) -> Option<usize> {
     let mut end = text.len();
     while let Some(at) = memrchr2(b'\n', b'\r', &text[..end]) {
@@ -153,7 +156,7 @@ mod tests {
                 assert!(cut >= from);
                 let count = |part: &[u8]| read(part).len();
                 assert_eq!(count(&text[..cut]) + count(&text[cut..]), whole.len(), "{end:?} {from}");
-                // A text that goes on: what is before the last cut does not depend on what follows.
+                // Incomplete text: the statements before the last cut do not depend on the rest.
                 if let Some(cut) = last_statement_end(&text[..from]) {
                     assert_eq!(count(&text[..cut]) + count(&text[cut..]), whole.len(), "{end:?} {from}");
                     assert_ne!(&text[cut - 1..(cut + 1).min(text.len())], b"\r\n");

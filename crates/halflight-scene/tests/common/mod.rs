@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use halflight_scene::{Loaded, load};
 
-/// Camera and light of a scene file; a `[[mesh]]` goes behind.
+/// Camera and light of a scene file, to which a `[[mesh]]` is appended.
 pub(crate) const HEAD: &str = "\
 [camera]
 eye = [0, 1, 5]
@@ -26,7 +26,7 @@ radiance = [1, 1, 1]
 pub(crate) struct Folder(pub(crate) PathBuf);
 
 impl Folder {
-    /// Empty, whatever an earlier run left there. `name` must be the test's own.
+    /// Creates an empty folder, even if an earlier run left one. `name` must be the test's own.
     pub(crate) fn new(name: &str) -> Self {
         let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
         if path.exists() {

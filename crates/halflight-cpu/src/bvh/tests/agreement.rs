@@ -1,4 +1,4 @@
-//! One answer, whoever gives it.
+//! Packets, single rays and brute force return identical masks.
 
 use std::sync::Arc;
 
@@ -10,13 +10,13 @@ use crate::brute_force::BruteForce;
 use crate::bvh::{Bvh, BvhRays};
 use crate::simd::Isa;
 
-/// The first word in which two lists of masks differ.
+/// Index of the first word in which two lists of masks differ.
 fn difference(a: &[u64], b: &[u64]) -> Option<usize> {
     assert_eq!(a.len(), b.len());
     a.iter().zip(b).position(|(a, b)| a != b)
 }
 
-/// Origins in clusters of 16, like the pixels of a tile, inside the box.
+/// Origins inside a box in clusters of 16, similar to the pixels of a tile.
 fn origins(count: usize, low: Vec3, high: Vec3) -> Vec<Vec3> {
     let mut numbers = Numbers(77);
     let mut middle = low;
@@ -30,7 +30,8 @@ fn origins(count: usize, low: Vec3, high: Vec3) -> Vec<Vec3> {
         .collect()
 }
 
-/// Compares packets with single rays for all instruction sets; returns the rays traced and the visible ones.
+/// Compares packets with single rays for all instruction sets; returns the numbers of traced and of visible
+/// rays.
 fn compare(scene: &Scene, origins: &[Vec3], brute: usize) -> (u64, u64) {
     let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
     let (mut rays, mut seen) = (0, 0);
@@ -67,7 +68,7 @@ fn soup_of_large_and_of_small_triangles() {
     for (count, size) in [(300, 0.5), (4000, 0.05)] {
         let scene = scene(&soup(count, size), lamp(Vec3::new(0.1, 1.5, 0.0), 1.0));
         let (rays, seen) = compare(&scene, &origins(1024, Vec3::splat(-1.0), Vec3::splat(1.0)), 32);
-        // Both answers must be common, or the comparison says little.
+        // Both outcomes must be common, or the comparison has no power.
         assert!(seen > rays / 50 && seen < rays - rays / 50, "{seen} of {rays}");
     }
 }

@@ -1,4 +1,4 @@
-//! What can and what cannot be built.
+//! Meshes over which a BVH can and cannot be built.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Meshes for tests, and batches of queries about them.
+//! Meshes for tests, and batches of queries in them.
 
 use glam::Vec3;
 use halflight_core::frame::{Frame, Sharing};
@@ -12,7 +12,7 @@ use halflight_core::scene::{Camera, Material, Mesh, Scene};
 use halflight_core::stages::Visibility;
 use std::sync::Arc;
 
-/// Numbers in 0 … 1 from a counter.
+/// Pseudo-random numbers in 0 … 1 from a counter.
 pub(crate) struct Numbers(pub(crate) u32);
 
 impl Numbers {
@@ -120,7 +120,7 @@ pub(crate) fn scene(corners: &[[Vec3; 3]], light: AreaLight) -> Scene {
     Scene { mesh: Arc::new(mesh(corners)), lights: vec![light], camera: Camera::default() }
 }
 
-/// A horizontal square light that shines down, its middle at `middle`.
+/// Horizontal square light that faces down, centred at `middle`.
 pub(crate) fn lamp(middle: Vec3, size: f32) -> AreaLight {
     AreaLight {
         corner: middle - Vec3::new(size, 0.0, size) * 0.5,
@@ -131,8 +131,9 @@ pub(crate) fn lamp(middle: Vec3, size: f32) -> AreaLight {
     }
 }
 
-/// Asks about `origins`. Where `sparse`, 16 at a time share a key, every other 16 ask for few samples, all for the same
-/// few, and the others for half of theirs; else each has a key of its own and asks for everything.
+/// Batch of queries at `origins`. Where `sparse`, 16 at a time share a key; every other 16 of them want few
+/// samples, all the same few, and the others half of theirs. Otherwise each query has a key of its own and
+/// wants all samples.
 pub(crate) fn ask(origins: &[Vec3], pattern: Pattern, sparse: bool) -> MaskBatch {
     let mut batch = MaskBatch::default();
     batch.reset(0, pattern, Purpose::Refine);
@@ -154,7 +155,7 @@ pub(crate) fn ask(origins: &[Vec3], pattern: Pattern, sparse: bool) -> MaskBatch
     batch
 }
 
-/// Has a backend answer a batch and returns all visible bits that were wanted.
+/// Answers a batch by a backend and returns all visible bits that were wanted.
 pub(crate) fn answer(visibility: &mut dyn Visibility, scene: &Scene, batch: &mut MaskBatch) -> Vec<u64> {
     let (gbuffer, pyramid) = (GBuffer::default(), Pyramid::default());
     let frame = Frame {
@@ -187,7 +188,8 @@ pub(crate) fn patterns() -> impl Iterator<Item = Pattern> {
     .map(|(kind, count)| Pattern::with_count(kind, count).unwrap())
 }
 
-/// Origins in clusters of 64, like the pixels of a tile, inside the box; clusters of very different sizes.
+/// Origins inside a box in clusters of 64, similar to the pixels of a tile; the clusters' sizes differ
+/// widely.
 pub(crate) fn clusters(count: usize, low: Vec3, high: Vec3) -> Vec<Vec3> {
     let mut numbers = Numbers(5);
     let (mut middle, mut size) = (low, 0.0);

@@ -1,4 +1,4 @@
-//! Packets against single rays against brute force, on made-up meshes.
+//! Packets against single rays against brute force, on synthetic meshes.
 
 mod agreement;
 mod building;

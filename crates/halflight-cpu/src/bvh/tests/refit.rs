@@ -1,4 +1,4 @@
-//! A refitted BVH answers like one built anew.
+//! Masks of a refitted BVH equal those of a new one.
 
 use crate::prepared::PreparedScene;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use super::meshes::{Numbers, answer, ask, clusters, hall, lamp, mesh, patterns, 
 use crate::bvh::{Bvh, BvhError, BvhRays};
 use crate::pipeline::{Pipeline, PipelineError};
 
-/// A BVH over `from`, fitted to `to`.
+/// BVH over `from`, refitted to `to`.
 fn refitted(from: &Mesh, to: &Mesh) -> Bvh {
     let mut bvh = Bvh::build(from).unwrap();
     bvh.refit(to).unwrap();
@@ -25,10 +25,10 @@ fn answers(bvh: &Arc<Bvh>, scene: &Scene, origins: &[Vec3]) -> Vec<u64> {
     [false, true].into_iter().flat_map(visible).collect()
 }
 
-/// A way to move a vertex, and its name.
+/// Name of a motion, and the function that moves a vertex.
 type Motion = (&'static str, Box<dyn FnMut(Vec3) -> Vec3>);
 
-/// All alike, bending, apart, at random, onto a plane, far away.
+/// Rigid motion, bending, pulling apart, random offsets, projection onto a plane, and a large translation.
 fn motions() -> Vec<Motion> {
     let mut numbers = Numbers(9);
     let mut others = Numbers(10);
@@ -65,7 +65,7 @@ fn answers_are_those_of_a_fresh_build() {
             assert!(answers(&moved, &scene, &origins) == expected, "{name}");
             let visible: u32 = expected.iter().map(|bits| bits.count_ones()).sum();
             mixed += usize::from(visible > 1000);
-            // Without the refit the answers are wrong, or the comparison would say little.
+            // Without the refit the masks must differ, or the comparison has no power.
             if name == "turn" {
                 assert!(answers(&Arc::new(Bvh::build(&still).unwrap()), &scene, &origins) != expected);
             }
@@ -133,7 +133,7 @@ fn a_pipeline_goes_on_with_what_has_moved() {
     let before = going.render().unwrap().irradiance.clone();
     prepared.move_mesh(Arc::clone(&moved.mesh)).unwrap();
     prepared.set_lights(Vec::new());
-    // A scene that cannot be rendered is refused, and the pipeline is as it was.
+    // A scene that cannot be rendered is refused, and the pipeline is unchanged.
     let backend = Box::new(BvhRays::new(Arc::clone(prepared.bvh())));
     let fault = going.set_scene(&prepared, backend.clone());
     assert!(matches!(fault, Err(PipelineError::NoLight)));

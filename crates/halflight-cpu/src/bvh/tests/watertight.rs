@@ -1,4 +1,4 @@
-//! Nothing slips through closed meshes, and nothing shadows itself, at any scale and far from the origin.
+//! Closed meshes are watertight, and no surface shadows itself, at any scale and far from the origin.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::bvh::{Bvh, BvhRays};
 use crate::gbuffer;
 use crate::simd::{Isa, Kernel, Simd};
 
-/// Which of up to 64 segments from an origin are occluded, as a packet and one by one.
+/// Up to 64 segments from an origin: occlusion by a packet and one by one.
 struct Segments<'a> {
     bvh: &'a Bvh,
     origin: Vec3,
@@ -45,7 +45,7 @@ impl Kernel for Segments<'_> {
     }
 }
 
-/// Segments from points inside through corners and edges of a closed mesh that are not stopped.
+/// Number of segments from inside a closed mesh through its corners and edges that are not occluded.
 fn leaks(bvh: &Bvh, closed: &[[Vec3; 3]]) -> usize {
     let mut numbers = Numbers(5);
     let mut leaks = 0;
@@ -76,7 +76,7 @@ fn rays_through_edges_and_corners_of_closed_meshes_are_stopped() {
         assert_eq!(leaks(&Bvh::build(&mesh(&closed)).unwrap(), &closed), 0);
         // A mesh with a hole must not pass.
         assert!(leaks(&Bvh::build(&mesh(&closed[1..])).unwrap(), &closed) > 0);
-        // A BVH that was fitted to it from somewhere else must.
+        // A BVH that was refitted to the mesh from other positions must pass.
         let elsewhere: Vec<[Vec3; 3]> = closed
             .iter()
             .map(|corners| corners.map(|p| Vec3::new(p.y * 9.0, 0.1 * p.x - p.y * p.z, p.z)))
@@ -87,7 +87,7 @@ fn rays_through_edges_and_corners_of_closed_meshes_are_stopped() {
     }
 }
 
-/// Scale and shift of everything in a scene.
+/// Scene after scaling and translation.
 fn placed(mut scene: Scene, scale: f32, shift: Vec3) -> Scene {
     let place = |p: Vec3| p * scale + shift;
     Arc::make_mut(&mut scene.mesh).positions.iter_mut().for_each(|p| *p = place(*p));
@@ -101,14 +101,15 @@ fn placed(mut scene: Scene, scale: f32, shift: Vec3) -> Scene {
     scene
 }
 
-/// Scales and shifts that must not matter. Scenes of a few units are still resolved at 1e5, tiny ones are not.
+/// Scales and translations that must not change the outcome. Scenes of a few units are still resolved at 1e5,
+/// tiny ones are not.
 fn placements() -> impl Iterator<Item = (f32, Vec3)> {
     let far = Vec3::new(1e5, -1e5, 1e5);
     [(1e-3, Vec3::ZERO), (1.0, Vec3::ZERO), (1e4, Vec3::ZERO), (1.0, far), (1e2, far)].into_iter()
 }
 
-/// Traces the scene and returns how many receivers there are for which `counts` holds, and how many of their samples at
-/// least `sine` above the receiver's horizon are visible and not visible.
+/// Traces the scene. Returns the number of receivers for which `counts` holds, and how many of their samples
+/// that are at least `sine` above the receiver's horizon are visible and not visible.
 fn shadows(scene: &Scene, sine: f32, counts: impl Fn(Vec3) -> bool) -> (usize, u64, u64) {
     let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
     let mut pixels = GBuffer::default();
@@ -149,8 +150,8 @@ fn open_floors_and_convex_bodies_do_not_shadow_themselves() {
     for (scale, shift) in placements() {
         for (name, scene) in [("floor", &floor), ("sphere", &round), ("box", &edged)] {
             let scene = placed(scene.clone(), scale, shift);
-            // Far away, corners are rounded to 1/128, so that neighbouring facets of the sphere, 0.13 across, may tilt
-            // by 0.06 against each other and are no longer convex.
+            // Far away, corners are rounded to 1/128, so that neighbouring facets of the sphere, 0.13 across,
+            // may tilt by 0.06 against each other and are no longer convex.
             let (receivers, visible, shadowed) =
                 shadows(&scene, if shift == Vec3::ZERO { 1e-3 } else { 0.1 }, |_| true);
             assert!(receivers > 200 && visible > 2000, "{name} {scale} {shift}: {receivers}, {visible}");
@@ -185,14 +186,14 @@ fn closed_boxes_let_nothing_in() {
     }
 }
 
-/// The points of `list` turned about an odd axis, where `turned`, in double precision.
+/// Points of `list` in double precision; rotated about an oblique axis if `turned`.
 fn turned(turned: bool, list: &[DVec3]) -> Vec<DVec3> {
     let turn = DQuat::from_axis_angle(DVec3::new(0.3, 0.9, -0.4).normalize(), 1.1);
     list.iter().map(|&point| if turned { turn * point } else { point }).collect()
 }
 
-/// How many of 64 samples of a light, 3 m above a square ground, are visible from the point of the ground's first triangle
-/// that has these weights; below a sheet that lies `gap` above the ground, if there is one.
+/// Number of visible samples among 64 of a light 3 m above a square ground. The receiver is the point of the
+/// ground's first triangle with these barycentric weights; a sheet lies `gap` above it, if given.
 fn visible_below_sheet(half: f64, weights: DVec3, shift: DVec3, turn: bool, gap: Option<f64>) -> u32 {
     let square = |middle: DVec3, half: f64| {
         [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)]

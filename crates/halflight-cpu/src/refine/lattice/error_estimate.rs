@@ -1,4 +1,4 @@
-//! What a frame will take and how wrong it will be, by what its masks show.
+//! Estimates of a frame's error, and its sampling plan, from the masks traced so far.
 
 use glam::Vec3;
 use halflight_core::fragment::{Cell, Fragments, Sample};
@@ -15,20 +15,21 @@ use crate::irradiance;
 use crate::refine::target::{Neighbours, PilotSample, SamplingPlan};
 use crate::unshadowed::{roughly_unshadowed, unshadowed_many};
 
-/// Samples whose unshadowed irradiance is computed together, and those that fill a vector.
+/// Number of pixels whose unshadowed irradiance is computed together (`TOGETHER`), and number that fills a
+/// vector (`VECTOR`).
 const TOGETHER: usize = 64;
 const VECTOR: usize = 16;
 
-/// Pixels of their own by which the noise of all is predicted: within 7 % of what all predict on seven scenes at two
-/// targets, a quarter as many within 14 %.
+/// Number of traced pixels from which the noise of all is predicted: within 7 % of the prediction from all
+/// pixels on seven scenes at two targets; a quarter as many are within 14 %.
 const MEASURED: usize = 8192;
 
-/// One part in so many of the cells may be added before the noise of all is measured anew.
+/// Reciprocal of the fraction of cells that may be added before the noise of all is measured again.
 const FEW: usize = 16;
 
 impl Lattice {
-    /// Computes the visible fractions of all samples from `known` on; for an error target their unshadowed irradiance as
-    /// well.
+    /// Computes the visible fractions of all samples from `known` on, and for an error target also their
+    /// unshadowed irradiance.
     pub(super) fn evaluate(&mut self, view: &View, known: usize, fragments: &Fragments) {
         self.evaluate_fractions(view, known, fragments);
         self.evaluate_unshadowed(view, fragments);
@@ -46,7 +47,8 @@ impl Lattice {
         );
     }
 
-    /// Computes the visible fractions of all queries of a batch, which belong to the samples at `places`.
+    /// Computes the visible fractions of all queries of a batch, which belong to the samples with indices
+    /// `places`.
     pub(super) fn evaluate_batch(&mut self, view: &View, batch: &MaskBatch, places: &[u32]) {
         let light = view.frame.light(view.light);
         let fraction = |query| irradiance::fraction(light, batch, query).unwrap_or(f32::NAN);
@@ -57,7 +59,7 @@ impl Lattice {
         }
     }
 
-    /// Computes the unshadowed irradiance of samples that have none yet.
+    /// Computes the unshadowed irradiance of samples that do not have it yet.
     fn evaluate_unshadowed(&mut self, view: &View, fragments: &Fragments) {
         let light = view.frame.light(view.light);
         let lit = self.unshadowed.len();
@@ -78,7 +80,7 @@ impl Lattice {
         });
     }
 
-    /// Chooses samples and cells by what the corners so far have shown.
+    /// Computes the sampling plan from the masks of the corners traced so far.
     pub(super) fn plan(&mut self, view: &View, fragments: &Fragments) {
         let neighbours = Neighbours::new(self.plan.full);
         let pilot = |(sample, (&fraction, &unshadowed)): (&Sample, (&f32, &f32))| {
@@ -94,8 +96,9 @@ impl Lattice {
         }
     }
 
-    /// Predicted squared error of the irradiance by luminance, summed over all pixels: the noise of pixels on their own, by
-    /// some of them where there are many, and what validation has found of interpolated cells.
+    /// Predicted squared error of the irradiance by luminance, summed over all pixels: the noise of traced
+    /// pixels, estimated from a subset where there are many, and the error of interpolated cells that
+    /// validation has found.
     pub(super) fn predict_error(&mut self, view: &View, fragments: &Fragments) -> f64 {
         let measured = match self.measured {
             Some((cells, measured)) if (fragments.cells().len() - cells) * FEW < cells => measured,
@@ -105,7 +108,7 @@ impl Lattice {
         sum * f64::from(luminance(view.frame.light(view.light).radiance)).powi(2)
     }
 
-    /// Adds up what the masks of pixels with samples of their own show.
+    /// Sums up noise and energy over the traced pixels.
     pub(super) fn measure(&mut self, view: &View, fragments: &Fragments) -> Measured {
         let cells = fragments.cells();
         let stride = cells.len().div_ceil(MEASURED).max(1);
@@ -155,7 +158,7 @@ impl Lattice {
             }
             sum
         };
-        // In one order, whatever the number of threads.
+        // Summation in a fixed order, for any number of threads.
         let blocks = measurements.par_chunks(TOGETHER).with_min_len(16).map(block).collect::<Vec<Measured>>();
         (self.measurements, self.neighbours) = (measurements, neighbours);
         let measured = blocks.into_iter().fold(Measured::default(), |a, b| Measured {
@@ -168,7 +171,7 @@ impl Lattice {
     }
 }
 
-/// Sums over the pixels with samples of their own, per radiance.
+/// Sums over the traced pixels, per radiance.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Measured {
     /// Expected squared error of the irradiance.
@@ -179,7 +182,8 @@ pub(super) struct Measured {
     pub(super) noisy: f64,
 }
 
-/// A pixel that speaks for some: its sample, the variance and the square of its visible fraction, times their number.
+/// Pixel that represents several: its sample, and the variance and the square of its visible fraction, both
+/// times their number.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Measurement {
     sample: u32,
@@ -191,14 +195,14 @@ pub(super) struct Measurement {
 fn irradiance_of(light: &AreaLight, gbuffer: &GBuffer, pixels: impl Iterator<Item = u32>, out: &mut [f32]) {
     let (origins, normals, count) = receivers(gbuffer, pixels);
     let count = count.min(out.len());
-    // Whole vectors are quickest.
+    // Whole vectors are fastest.
     let whole = count.next_multiple_of(VECTOR);
     let mut unshadowed = [0.0; TOGETHER];
     unshadowed_many(light, &origins[..whole], &normals[..whole], &mut unshadowed[..whole]);
     out[..count].copy_from_slice(&unshadowed[..count]);
 }
 
-/// Computes [`irradiance_of`] to within a few percent.
+/// Approximates [`irradiance_of`] to within a few percent.
 pub(super) fn rough_irradiance_of(
     light: &AreaLight,
     gbuffer: &GBuffer,
@@ -210,8 +214,8 @@ pub(super) fn rough_irradiance_of(
     roughly_unshadowed(light, &origins[..count], &normals[..count], &mut out[..count]);
 }
 
-/// Where up to [`TOGETHER`] pixels receive light, and how many they are. What is not there lies where its neighbour does and
-/// faces nowhere.
+/// Positions and normals of up to [`TOGETHER`] pixels, and their number. Entries without a receiver have the
+/// position of the previous one and a zero normal.
 fn receivers(
     gbuffer: &GBuffer,
     pixels: impl Iterator<Item = u32>,

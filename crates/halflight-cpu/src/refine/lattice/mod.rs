@@ -1,4 +1,5 @@
-//! The lattice refiner: masks at the corners of quadtree cells, refined where the visible fraction cannot be predicted.
+//! The lattice refiner: masks at the corners of quadtree cells, refined where the visible fraction cannot be
+//! predicted.
 
 mod error_estimate;
 mod split_test;
@@ -29,30 +30,32 @@ use error_estimate::{Measured, Measurement};
 use validate::{Probe, Risk, Weighed};
 use view::View;
 
-/// Constants of [`Lattice`].
+/// Options of [`Lattice`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LatticeConfig {
-    /// Level of the coarsest cells, 0 … 7: 3, that is 8 × 8 pixels. Their corners are one pixel in 64; coarser cells save
-    /// 3 % of the receivers and pass over wider shadows.
+    /// Level of the coarsest cells, 0 … 7: 3, that is 8 × 8 pixels. Their corners are one pixel in 64;
+    /// coarser cells save 3 % of the receivers and miss wider shadows.
     pub coarsest_level: u8,
-    /// Difference of the visible fraction, 0 … 1, that is interpolated over: 0.05. The masks themselves have noise: in the
-    /// middle of a penumbra 64 stratified samples have a standard deviation of 0.02, and less than two of these asks for
-    /// pixels that are no better than what they replace.
+    /// Interpolation tolerance, as a difference of the visible fraction, 0 … 1: 0.05. The masks themselves
+    /// have noise: in the middle of a penumbra, 64 stratified samples have a standard deviation of 0.02. A
+    /// tolerance of less than two of these makes pixels that are no better than the interpolated ones they
+    /// replace.
     pub error: f32,
-    /// NMSE₂ to come down to, or 0 to take `error` and the frame's samples as they are: 0. With a target, both are chosen by
-    /// what the coarsest corners show with 64 samples. Where that takes more than 400, only receivers that see part of the
-    /// light are asked for more than 64. Where most pixels would be traced anyway, all are.
+    /// Error target as NMSE₂, or 0 to use `error` and the frame's samples as they are: 0. With a target, both
+    /// are chosen from the masks of the coarsest corners with 64 samples. If more than 400 samples are
+    /// needed, only receivers that see part of the light get more than 64. If most pixels would be traced
+    /// anyway, all are.
     pub target: f32,
-    /// Keep a cell only if it is proved that it hides no thin shadow: false. It takes a backend that proves things, `bvh` or
-    /// `beam`; with others, and in foliage, every pixel is traced.
+    /// True if a cell is kept only with a certificate that it hides no thin shadow: false. Requires a backend
+    /// with certificates, `bvh` or `beam`; with others, and in foliage, every pixel is traced.
     pub certify: bool,
-    /// Trace some pixels of the cells that an error target keeps, compare them with what is interpolated, and split cells by
-    /// what that shows: true. Without, what they are off by is assumed to be what it is in the bundled scenes, and the same
-    /// difference of the visible fraction is interpolated over wherever the light is strong or weak. The GPU validates
-    /// nothing, whatever this says.
+    /// True if some pixels of the cells that an error target keeps are traced and compared with the
+    /// interpolated values, and cells are split by the result: true. Without, the interpolation error is
+    /// assumed to be that of the bundled scenes, and the interpolation tolerance does not depend on the
+    /// strength of the light. The GPU never validates, whatever the value.
     pub validate: bool,
-    /// What parts surfaces.
+    /// Limits of the tangent-plane test.
     #[serde(alias = "rise")]
     pub discontinuity: DiscontinuityLimits,
 }
@@ -64,14 +67,15 @@ impl Default for LatticeConfig {
     }
 }
 
-/// No mask has been asked for here.
+/// Pixel without a mask.
 const NONE: u32 = u32::MAX;
 
-/// Finest level at which proofs are tried: a proof costs as much as the masks of three receivers.
+/// Finest level at which certificates are requested: one costs as much as the masks of three receivers.
 const PROVE_LEVEL: u8 = 2;
 
-/// Share of the light that what is hidden may differ by inside a certified cell. With the noise of 64 samples at the corners
-/// on top, and terms that weigh one end of the light more than the other, no pixel is off by more than a quarter.
+/// Largest bound on the variation of the hidden fraction of the light inside a certified cell. With the noise
+/// of 64 samples at the corners, and geometry terms that weight one end of the light more than the other, no
+/// pixel is wrong by more than a quarter.
 const MOST_UNSEEN: f32 = 0.125;
 
 /// A cell.
@@ -88,36 +92,42 @@ impl Square {
     }
 }
 
-/// What is done with a cell.
+/// Result of classifying a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Verdict {
-    /// Nothing is seen in it.
+    /// Cell without any geometry.
     Drop,
     Split,
-    /// Its corners' masks will tell, or it is a pixel.
+    /// Kept if its corners' masks allow it, or a single pixel.
     Keep,
-    /// Kept, and all of it was proved to see all of the light.
+    /// Kept, with a certificate that all of it is fully lit.
     Lit,
-    /// Kept, and all of it was proved to see nothing of it.
+    /// Kept, with a certificate that all of it is in umbra.
     Umbra,
 }
 
-/// Quadtree cells with full masks at pixel-centred corners, each traced once and shared by all cells and levels.
+/// Refiner of quadtree cells with full masks at pixel-centred corners, each traced once and shared by all
+/// cells and levels.
 ///
-/// The visible fraction `F` is smooth over most of a penumbra and does not know normals. A cell is kept, to be interpolated
-/// over, when its corners' `F` differ by no more than [`LatticeConfig::error`], or when the parent's corners had predicted
-/// them that well. It is split where its corners turn from the lit to the unlit side of the light, and at concave creases
-/// and low steps where one side may shade the other, since contact shadows live there (see [`DiscontinuityLimits`]). Along other
-/// steps, silhouettes and creases cells of up to 4 × 4 pixels are kept where each of their pixels has a corner on its own
-/// surface. Targets of 3e-5 and below take sharp convex edges for such steps too, since grooves finer than a pixel lie along
-/// them. When all is decided, corners of finer cells on or beside the edges of a kept cell are compared with what it would
-/// have there, and a cell that is off by more than the error is split after all. So no crack between levels is wider than
-/// the error, and a thin shadow that one cell has found is followed through its neighbours. One that passes between all
-/// corners is missed.
+/// The visible fraction `F` is smooth over most of a penumbra and independent of normals. A cell is kept, to
+/// be interpolated, if its corners' `F` differ by no more than [`LatticeConfig::error`], or if the parent's
+/// corners predicted them to within this tolerance.
 ///
-/// A cell's samples are its corners: top left, top right, bottom left, bottom right, those that coincide at the image's
-/// border once and those that see nothing never. A pixel on its own has its own sample. All samples have level 0: they are
-/// single pixels.
+/// A cell is split if its corners lie partly on the lit and partly on the unlit side of the light. It is
+/// split at concave creases and low depth discontinuities where one side may shadow the other, since contact
+/// shadows occur there (see [`DiscontinuityLimits`]). Along other depth discontinuities, silhouettes and
+/// creases, cells of up to 4 × 4 pixels are kept if each of their pixels has a corner on its own surface.
+/// Error targets of 3e-5 and below treat sharp convex edges as such discontinuities too, since grooves finer
+/// than a pixel run along them.
+///
+/// Finally cracks between levels are closed. Corners of finer cells on or beside the edges of a kept cell are
+/// compared with its interpolated values there, and a cell whose difference exceeds the tolerance is split.
+/// No crack between levels is therefore wider than the tolerance, and a thin shadow that one cell has found
+/// is followed through its neighbours. A shadow that passes between all corners is missed.
+///
+/// The samples of a cell are its corners: top left, top right, bottom left, bottom right. Corners that
+/// coincide at the image's border occur once, and those without geometry never. A single-pixel cell has its
+/// own sample. All samples have level 0: they are single pixels.
 #[derive(Debug, Default)]
 pub struct Lattice {
     config: LatticeConfig,
@@ -130,44 +140,45 @@ pub struct Lattice {
     fractions: Vec<f32>,
     /// Unshadowed irradiance per radiance of every sample, for an error target.
     unshadowed: Vec<f32>,
-    /// Pixels that see geometry, for an error target.
+    /// Number of pixels that see geometry, for an error target.
     receivers: usize,
-    /// What validation has found, and the pixels that it asks.
+    /// Results of validation, and the pixels that it traces.
     risk: Risk,
     probes: Vec<Probe>,
     weighed: Vec<Weighed>,
-    /// Kept cells by the squared error a pixel that is expected of them, and places of those that are split after all.
+    /// Kept cells by their estimated squared error per pixel, and indices of those that are split by
+    /// validation.
     ranked: Vec<(f64, u32)>,
     off: Vec<u32>,
     /// Receivers that see part of the light, and their samples.
     partly: Vec<u32>,
     partly_samples: Vec<u32>,
-    /// Visible fractions by more samples.
+    /// Visible fractions computed with more samples.
     renewed: Vec<f32>,
-    /// Pixels that tell how noisy the frame will be.
+    /// Pixels from which the noise of the frame is estimated.
     measurements: Vec<Measurement>,
     neighbours: Vec<Neighbours>,
-    /// Noise of pixels with samples of their own as measured last, and number of cells at that time.
+    /// Last measured noise of traced pixels, and the number of cells at that time.
     measured: Option<(usize, Measured)>,
     expected: Option<f64>,
     /// Cells to classify, by level.
     pending: Vec<Vec<Square>>,
-    /// Verdicts on these, or on `kept`.
+    /// Verdicts on `pending` or on `kept`.
     verdicts: Vec<Verdict>,
-    /// Pixels whose masks the level in work asks for.
+    /// Pixels whose masks the current level requests.
     wanted: PixelSet,
     fresh: Vec<u32>,
-    /// Cells above one pixel that have been kept, and how; none where they were split later.
+    /// Cells above one pixel that have been kept, and their verdicts; none where they were split later.
     kept: Vec<Option<(Square, Verdict)>>,
-    /// For every 2 × 2 pixels the place among these of the cell that they lie in, or [`NONE`].
+    /// Index in `kept` of the cell that contains each block of 2 × 2 pixels, or [`NONE`].
     owners: Vec<u32>,
-    /// Pixels that have got a mask since cells were last compared with their neighbours, and for cells of which level.
+    /// Pixels that have got a mask since the last crack test, and the level of the cells that requested them.
     recent: Vec<(u32, u8)>,
-    /// For every kept cell whether there are such pixels on or beside its edges; places of those with some.
+    /// Flag of every kept cell: true if such pixels lie on or beside its edges. Indices of the flagged cells.
     suspected: Vec<AtomicBool>,
     suspects: Vec<u32>,
     closing_cracks: bool,
-    /// Cells of which something is to be proved, where their receivers are, and what was.
+    /// Cells for which certificates are requested, their receivers' bounds, and the certificates.
     certified: Vec<Square>,
     regions: Vec<Region>,
     proofs: Vec<Certificate>,
@@ -176,17 +187,17 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// A refiner with these constants.
+    /// Creates a refiner with these options.
     pub fn new(config: LatticeConfig) -> Self {
         Self { config, ..Self::default() }
     }
 
-    /// The coarsest level of cells.
+    /// Level of the coarsest cells.
     fn top(&self) -> u8 {
         self.config.coarsest_level.min(MAX_LEVEL)
     }
 
-    /// Looks at all pending cells of a level: traces the corners that are new and keeps or splits.
+    /// Processes all pending cells of a level: traces the new corners, then keeps or splits the cells.
     fn descend(
         &mut self,
         level: u8,
@@ -208,7 +219,7 @@ impl Lattice {
         if level == self.top() && self.config.target > 0.0 {
             let pilot = self.plan.full;
             self.plan(view, fragments);
-            // The largest cells have these corners.
+            // The coarsest cells have corners with the pilot samples only.
             if self.plan.full.len() > pilot.len() {
                 self.top_up(view, 0, Purpose::Refine, visibility, fragments);
             }
@@ -239,19 +250,19 @@ impl Lattice {
             }
         }
         self.verdicts = verdicts;
-        // Handed back for its memory.
+        // Returned to keep its memory.
         cells.clear();
         self.pending[usize::from(level)] = cells;
     }
 
-    /// Looks at the cells that were split after all, from the coarsest on.
+    /// Processes the cells that were split after being kept, from the coarsest level on.
     fn descend_all(&mut self, view: &View, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
         for level in (0..self.top()).rev() {
             self.descend(level, view, visibility, fragments);
         }
     }
 
-    /// What can be said about a cell without its corners' masks; asks for these where that is not enough.
+    /// Classifies a cell by geometry alone; requests the masks of its corners if that does not suffice.
     fn classify(&self, view: &View, cell: Square) -> Verdict {
         let gbuffer = view.gbuffer;
         if cell.x << cell.level >= gbuffer.width || cell.y << cell.level >= gbuffer.height {
@@ -259,7 +270,7 @@ impl Lattice {
         }
         let corners = cell.corners(gbuffer);
         match self.discontinuities.inside(cell.level, cell.x, cell.y) {
-            // Nothing parts the cell's pixels, so what one of them sees, geometry or nothing, all see.
+            // Without a discontinuity all of the cell's pixels see geometry if one of them does.
             Between::Nothing if !gbuffer.is_receiver(corners.pixels()[0]) => return Verdict::Drop,
             Between::Nothing => {}
             Between::Step if cell.level <= self.steps.level && view.serves(&corners, cell) => {}
@@ -273,7 +284,7 @@ impl Lattice {
         Verdict::Keep
     }
 
-    /// Asks for the masks that are wanted, each of a new sample, and computes how much of the light they see.
+    /// Traces the requested masks, each of a new sample, and computes their visible fractions.
     fn request(
         &mut self,
         view: &View,
@@ -302,7 +313,8 @@ impl Lattice {
         self.recent.extend(self.fresh.iter().map(|&pixel| (pixel, level)));
     }
 
-    /// Asks for more samples of the receivers that see part of the light, among samples from `known` on.
+    /// Traces additional light samples for the receivers that see part of the light, among samples from
+    /// `known` on.
     fn top_up(
         &mut self,
         view: &View,
@@ -331,9 +343,9 @@ impl Lattice {
         self.partly_samples = places;
     }
 
-    /// Whether so many pixels are left to be looked at, in cells of this level, that every one may as well be traced.
+    /// True if the pending cells of this level contain so many pixels that tracing every pixel is cheaper.
     fn is_dense(&self, gbuffer: &GBuffer, level: u8) -> bool {
-        // What proofs are still to be tried of is not left to pixels.
+        // Cells for which certificates can still be requested are not left to pixels.
         if self.config.certify && level >= PROVE_LEVEL {
             return false;
         }
@@ -345,7 +357,7 @@ impl Lattice {
         left as f32 > share * self.receivers as f32
     }
 
-    /// Asks for the masks of all receivers that have none, each a cell of its own.
+    /// Traces the masks of all receivers that have none, each a cell of its own.
     fn trace_all(&mut self, view: &View, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
         let gbuffer = view.gbuffer;
         self.plan = self.plan.every_pixel();
@@ -364,7 +376,7 @@ impl Lattice {
         self.proved.traced = if self.config.certify { fragments.cells().len() as u64 } else { 0 };
     }
 
-    /// Splits cells of which too little can be proved.
+    /// Splits cells without a sufficient certificate.
     fn certify(
         &mut self,
         view: &View,
@@ -408,7 +420,7 @@ impl Lattice {
         }));
     }
 
-    /// The visible fraction at a pixel, NaN where there is none or nobody has asked.
+    /// Visible fraction at a pixel; NaN where it is undefined or not traced.
     fn fraction(&self, pixel: usize) -> f32 {
         match self.corners[pixel] {
             NONE => f32::NAN,
@@ -464,7 +476,7 @@ impl Refiner for Lattice {
         self.pending[usize::from(top)].extend(all);
         let view =
             View { frame, gbuffer, light, planes: TangentPlanes::new(frame, &self.config.discontinuity) };
-        // What the coarse levels have found tells whether the rest is worth the trouble.
+        // The coarse levels decide if refinement is cheaper than tracing every pixel.
         let mut dense = false;
         for level in (0..=top).rev() {
             self.descend(level, &view, visibility, fragments);

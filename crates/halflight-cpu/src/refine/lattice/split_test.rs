@@ -1,4 +1,4 @@
-//! Which cells are kept: what corners say about what lies between them, and finer neighbours about their cells.
+//! Split test by the corners of a cell, and crack test against finer neighbours.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -18,12 +18,12 @@ impl Lattice {
             let row = (y * columns + rect.x0 / 2) as usize..(y * columns + rect.x1.div_ceil(2)) as usize;
             self.owners[row].fill(self.kept.len() as u32);
         }
-        // Until cells are first compared all masks are recent; later ones have neighbours that are not.
+        // Before the first crack test all masks are recent; cells kept later have older masks next to them.
         self.suspected.push(AtomicBool::new(self.closing_cracks));
         self.kept.push(Some((cell, verdict)));
     }
 
-    /// Whether a cell whose corners are known can be interpolated over.
+    /// True if a cell whose corners are known can be interpolated.
     pub(super) fn passes_split_test(&self, view: &View, cell: Square) -> bool {
         let corners = cell.corners(view.gbuffer);
         let found = corners.pixels().map(|pixel| self.fraction(pixel));
@@ -32,7 +32,7 @@ impl Lattice {
         }
         match found.iter().filter(|fraction| fraction.is_nan()).count() {
             0 => {}
-            // On the unlit side, if no bulge turns back to the light.
+            // All corners on the unlit side: kept if no pixel in between faces the light.
             4 => {
                 let rect = cell_rect(view.gbuffer, cell.level, cell.x, cell.y);
                 let light = view.frame.light(view.light);
@@ -60,7 +60,7 @@ impl Lattice {
         })
     }
 
-    /// Difference of the visible fraction that is interpolated over between corners: the less, the stronger the light there.
+    /// Interpolation tolerance between corners: the smaller, the stronger the light.
     fn tolerance(&self, corners: &Corners) -> f32 {
         if self.config.target <= 0.0 {
             return self.plan.error;
@@ -68,7 +68,7 @@ impl Lattice {
         self.plan.tolerance(self.strongest(corners))
     }
 
-    /// The most light that any of a cell's corners would get without shadows, as irradiance per radiance.
+    /// Largest unshadowed irradiance per radiance at a cell's corners.
     pub(super) fn strongest(&self, corners: &Corners) -> f32 {
         let strength = |pixel: usize| match self.corners[pixel] {
             NONE => 0.0,
@@ -77,8 +77,8 @@ impl Lattice {
         corners.pixels().map(strength).into_iter().fold(0.0, f32::max)
     }
 
-    /// Whether a cell across a step can be interpolated over: corners on one surface agree, and one that is alone on its own
-    /// sees all of the light or nothing.
+    /// True if a cell across a depth discontinuity can be interpolated: corners on one surface agree, and a
+    /// corner that is alone on its surface is fully lit or in umbra.
     fn passes_step_test(&self, view: &View, level: u8, corners: &Corners, found: &[f32; 4]) -> bool {
         let (pixels, places) = (corners.pixels(), corners.places());
         let tolerance = self.tolerance(corners);
@@ -105,7 +105,8 @@ impl Lattice {
         })
     }
 
-    /// Whether no corner of finer cells where they meet a kept one contradicts what it would have there.
+    /// True if no corner of finer cells on the border of a kept cell differs from the cell's interpolated
+    /// value there by more than the tolerance.
     fn meets_neighbours(&self, view: &View, cell: Square) -> bool {
         let corners = cell.corners(view.gbuffer);
         let known = corners.pixels().map(|pixel| self.fraction(pixel));
@@ -113,17 +114,18 @@ impl Lattice {
         let [(x0, y0), ..] = corners.places();
         corners.all_edges(|x, y| {
             let found = self.fraction(view.gbuffer.index(x, y));
-            // Between corners that are all so near nothing is farther.
+            // A value within the tolerance of all corners is within the tolerance of any value interpolated
+            // between them.
             if found.is_nan() || x >= x0 && y >= y0 && found - low <= error && high - found <= error {
                 return true;
             }
             let expected = corners.interpolate(&view.planes, &known, x, y);
-            // Without corners on the pixel's surface there is nothing to compare with.
+            // Without corners on the pixel's surface, no comparison is possible.
             expected.is_nan() || (found - expected).abs() <= error
         })
     }
 
-    /// Splits kept cells that their neighbours contradict; whether there were any.
+    /// Splits kept cells that disagree with finer neighbours; returns true if there were any.
     pub(super) fn close_cracks(&mut self, view: &View) -> bool {
         self.suspect(view.gbuffer);
         let (mut verdicts, suspects) =
@@ -146,7 +148,7 @@ impl Lattice {
         any
     }
 
-    /// Finds the kept cells that recent pixels of finer ones lie on or just outside the edges of.
+    /// Finds the kept cells with recently traced pixels of finer cells on or just outside their edges.
     fn suspect(&mut self, gbuffer: &GBuffer) {
         let (width, height, columns) = (gbuffer.width, gbuffer.height, gbuffer.width.div_ceil(2));
         let Self { recent, owners, kept, suspected, suspects, .. } = self;
@@ -160,7 +162,7 @@ impl Lattice {
                     continue;
                 }
                 if kept[place as usize].is_some_and(|(cell, _)| cell.level > level) {
-                    // Nothing but the flags is handed on, and they after the threads have joined.
+                    // Only the flags are shared, and they are read after the threads have joined.
                     suspected[place as usize].store(true, Ordering::Relaxed);
                 }
             }
@@ -174,7 +176,7 @@ impl Lattice {
     }
 }
 
-/// The lowest and the highest fraction.
+/// Lowest and highest fraction.
 pub(super) fn range(fractions: &[f32; 4]) -> (f32, f32) {
     let empty = (f32::INFINITY, f32::NEG_INFINITY);
     fractions.iter().fold(empty, |(low, high), &fraction| (low.min(fraction), high.max(fraction)))

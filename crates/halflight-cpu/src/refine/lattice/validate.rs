@@ -1,9 +1,9 @@
-//! Validation of kept cells: some of their pixels are traced and compared with what is interpolated there.
+//! Validation of kept cells: some of their pixels are traced and compared with the interpolated values.
 //!
-//! Corners say nothing about a shadow that passes between them, and no constant about how often that happens in a scene that
-//! nobody has seen. So a few pixels, chosen at random with a probability that follows from how much they matter, are asked
-//! what they see. Their mean squared error, class by class of cells, tells what the image as a whole is off by, which of the
-//! cells are to be split for the error target, and what error is left.
+//! Corners have no information about a shadow that passes between them, and no constant predicts how often
+//! that happens in an unknown scene. A few pixels are therefore traced, chosen at random with a probability
+//! proportional to their estimated effect on the error. Their mean squared error in each class of cells gives
+//! the error of the whole image, the cells to split for the error target, and the remaining error.
 
 use halflight_core::fragment::Fragments;
 use halflight_core::hash;
@@ -18,88 +18,88 @@ use crate::refine::representative::cell_rect;
 use crate::refine::target::{NOISE_SHARE, Neighbours};
 use crate::tangent_plane::Between;
 
-/// Levels that are told apart: 1, 2, 3 and coarser.
+/// Number of levels with classes of their own: 1, 2, 3 and coarser.
 const LEVELS: usize = 4;
 
-/// Classes of cells that err alike: by level, by whether a surface discontinuity passes through, and by whether all corners
-/// agree.
+/// Number of classes of cells with similar errors: by level, by the presence of a depth discontinuity, and by
+/// agreement of the corners.
 const CLASSES: usize = 4 * LEVELS;
 
-/// Validated pixels as a share of all samples, and their least and greatest number.
+/// Number of validated pixels: one per `SHARE` samples, between `LEAST` and `MOST`.
 const SHARE: usize = 24;
 const LEAST: usize = 192;
 const MOST: usize = 1536;
 
-/// Validated pixels of a class at least, where its cells are as many and can matter.
+/// Fewest validated pixels of a class, if it has as many cells and its error is relevant.
 const OF_A_CLASS: usize = 24;
 
-/// Validated pixels that the mean errors assumed beforehand count for.
+/// Weight of the assumed mean error of a class, in validated pixels.
 const ASSUMED: f64 = 6.0;
 
-/// Share of the target, or of the noise where that is more, that is left to interpolation at least: where no number of samples
-/// reaches the target, finer cells do not either.
+/// Fraction of the target, or of the noise where that is larger, that is left to interpolation at least:
+/// where no number of samples reaches the target, finer cells do not either.
 const LEAST_SHARE: f64 = 0.25;
 
-/// Share of the target that may be expected before cells are split for it, and the share of what is left to interpolation
-/// that they are then split down to: errors are known to within a factor of 1.5 or so, and what is just missed costs more to
-/// refine than it is worth.
+/// Estimated error, relative to the target, from which cells are split (`TOLERATED`), and fraction of the
+/// interpolation's share to which they are then reduced (`MARGIN`). The estimates are accurate to a factor of
+/// about 1.5, and a target that is narrowly missed costs more to refine than it is worth.
 const TOLERATED: f64 = 1.25;
 
-/// How many times the noise that was planned may be before more samples are taken: receivers in the penumbra are then asked
-/// anew, which costs as much as they did.
+/// Noise, relative to the planned noise, from which more samples are taken. Receivers in the penumbra are
+/// then traced again, which costs as much as the first time.
 const NOISY: f64 = 1.3;
 
 const MARGIN: f64 = 0.8;
 
-/// A pixel of a cell across a step is traced where it gets more than so many times the light of the cell's corners, and more
-/// than so much of the image's root mean square.
+/// Unshadowed irradiance from which a pixel of a cell across a depth discontinuity is traced: relative to
+/// that at the cell's corners (`BRIGHTER`), and relative to the image's root mean square (`BRIGHT`).
 const BRIGHTER: f32 = 2.0;
 const BRIGHT: f32 = 0.5;
 
-/// And where one wrong pixel would take so large a share of what the target leaves room for.
+/// Fraction of the error target that one wrong pixel may use up before it is traced.
 const ONE_PIXEL: f32 = 0.2;
 
-/// The coarsest level of cells across steps.
+/// Coarsest level of kept cells across depth discontinuities.
 const STEP_LEVEL: usize = 2;
 
-/// Cells whose expected errors are added up together.
+/// Number of cells whose error estimates are summed together.
 const TOGETHER: usize = 1024;
 
-/// Times that cells are validated at most.
+/// Most rounds of validation.
 pub(super) const ROUNDS: u32 = 3;
 
-/// A cell's class and weight: weights times the mean error of their class are squared errors of the irradiance, per radiance,
-/// summed over the cell's pixels.
+/// Class and weight of a cell. The weight times the mean error of the class is the squared error of the
+/// irradiance, per radiance, summed over the cell's pixels.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Weighed {
     class: u8,
     weight: f32,
-    /// Pixels.
+    /// Number of pixels.
     pixels: f32,
     /// Square of the irradiance per radiance, summed over the pixels.
     energy: f32,
 }
 
-/// A pixel of a cell that is asked for validation.
+/// Pixel of a cell that is traced for validation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Probe {
-    /// Place of the cell among those kept.
+    /// Index of the cell in `kept`.
     place: u32,
     x: u32,
     y: u32,
 }
 
-/// What validation has found.
+/// Error statistics from validation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Risk {
     /// Mean squared errors of the visible fraction, per unit of weight.
     means: [f64; CLASSES],
-    /// Squared error a pixel, per radiance, above which cells are split.
+    /// Squared error per pixel, per radiance, above which cells are split.
     limit: f64,
 }
 
 impl Risk {
-    /// Squared error of the irradiance, per radiance, that is expected of a cell's pixels together.
+    /// Estimated squared error of the irradiance, per radiance, summed over a cell's pixels.
     fn error(&self, cell: &Weighed) -> f64 {
         self.means[usize::from(cell.class)] * f64::from(cell.weight)
     }
@@ -111,20 +111,20 @@ impl Default for Risk {
     }
 }
 
-/// Mean error of a class before anything is known: measured on the bundled scenes.
+/// Prior mean error of a class: measured on the bundled scenes.
 fn assumed(class: usize) -> f64 {
     match class % 4 {
-        // Between corners that agree, and between corners that do not: of the square of their difference.
+        // Corners that agree; corners that differ, relative to the squared difference.
         0 => 2e-5,
         1 => 0.06,
-        // Across a discontinuity likewise.
+        // Across a depth discontinuity: corners that agree; corners that differ.
         2 => 5e-4,
         _ => 2e-3,
     }
 }
 
 impl Lattice {
-    /// Weighs a kept cell; a weight of 0 where nothing can be wrong.
+    /// Class and weight of a kept cell; the weight is 0 where no error is possible.
     pub(super) fn weigh(&self, view: &View, cell: Square) -> Weighed {
         let corners = cell.corners(view.gbuffer);
         let strongest = self.strongest(&corners);
@@ -132,7 +132,7 @@ impl Lattice {
         let rect = cell_rect(view.gbuffer, cell.level, cell.x, cell.y);
         let pixels = ((rect.x1 - rect.x0) * (rect.y1 - rect.y0)) as f32;
         let step = self.discontinuities.inside(cell.level, cell.x, cell.y) == Between::Step;
-        // Steep cells were kept since their parents had predicted them to within the tolerance.
+        // Steep cells were kept because their parents predicted them to within the tolerance.
         let difference = (high - low).clamp(0.0, self.plan.tolerance(strongest));
         let mixed = difference > 0.0;
         let level = usize::from(cell.level).clamp(1, LEVELS) - 1;
@@ -151,7 +151,8 @@ impl Lattice {
         corners.pixels().map(square).into_iter().sum::<f32>() / 4.0
     }
 
-    /// Whether a cell whose corners agree well enough may be kept by what validation has found.
+    /// True if the estimated error of a cell that passed the split test is within the limit found by
+    /// validation.
     pub(super) fn fits_target(&self, view: &View, cell: Square) -> bool {
         let within = self.risk.limit == f64::INFINITY || {
             let weighed = self.weigh(view, cell);
@@ -160,9 +161,10 @@ impl Lattice {
         within && !self.outshines(view, cell)
     }
 
-    /// Whether a pixel of a cell across a step gets so much light, unless it is shadowed, that it is traced: much more than the
-    /// cell's corners, since corners that face away from the light, or hardly towards it, say nothing about it; or so much
-    /// that a few wrong pixels like it are all that the target leaves room for, as in small images.
+    /// True if a cell across a depth discontinuity has a pixel with so much unshadowed irradiance that it
+    /// must be traced. One case is much more light than at the corners: corners that face away from the
+    /// light, or hardly towards it, have no information about such a pixel. The other is so much light that a
+    /// few wrong pixels would use up the error target, as in small images.
     fn outshines(&self, view: &View, cell: Square) -> bool {
         if !self.config.validate
             || self.plan.energy <= 0.0
@@ -186,15 +188,15 @@ impl Lattice {
         unshadowed.iter().any(|&unshadowed| unshadowed > most)
     }
 
-    /// Squared error of the irradiance per radiance that is expected of all kept cells.
+    /// Estimated squared error of the irradiance per radiance, summed over all kept cells.
     pub(super) fn error_of_cells(&self, view: &View) -> f64 {
         let error = |kept: &Option<(Square, Verdict)>| self.risk.error(&self.weigh_kept(view, kept));
         let blocks = self.kept.par_chunks(TOGETHER).map(|block| block.iter().map(error).sum::<f64>());
-        // In one order, whatever the number of threads.
+        // Summation in a fixed order, for any number of threads.
         blocks.collect::<Vec<f64>>().iter().sum()
     }
 
-    /// Weighs a kept cell; one that is proved, or was split later, has no weight.
+    /// Class and weight of a kept cell; a cell that has a certificate, or was split later, has no weight.
     fn weigh_kept(&self, view: &View, kept: &Option<(Square, Verdict)>) -> Weighed {
         match *kept {
             Some((cell, Verdict::Keep)) => self.weigh(view, cell),
@@ -202,8 +204,8 @@ impl Lattice {
         }
     }
 
-    /// Validates the kept cells and splits those that the error target has no room for. Returns whether these
-    /// are so many that the others should be validated once more.
+    /// Validates the kept cells and splits those whose errors exceed the error target. Returns true if so
+    /// many were split that the others should be validated once more.
     pub(super) fn validate(
         &mut self,
         round: u32,
@@ -237,7 +239,7 @@ impl Lattice {
         let error: f64 = weighed.iter().map(|one| self.risk.error(one)).sum();
         self.risk.limit = f64::INFINITY;
         if noise + error > TOLERATED * whole {
-            // Pixels of their own have noise: more of them are no better than cells that err less than they do.
+            // Traced pixels have noise: splitting cells whose error is smaller does not reduce the total.
             let limit = self.limit(&weighed, MARGIN * room);
             self.risk.limit = limit.max(noise / noisy.max(1.0));
             off.extend(
@@ -254,9 +256,9 @@ impl Lattice {
         self.risk.limit < f64::INFINITY
     }
 
-    /// Takes more samples of the receivers that see part of the light where their noise is more than the pilot samples had predicted, so
-    /// many that no more than a share of the target is left. `interpolated` is the energy of interpolated pixels. Returns what
-    /// the others show then.
+    /// Traces more samples of the receivers that see part of the light if the noise is larger than the pilot
+    /// samples predicted; as many as are needed to reduce it to `share` of the target. `interpolated` is the
+    /// energy of interpolated pixels. Returns the sums over the traced pixels afterwards.
     pub(super) fn raise(
         &mut self,
         share: f64,
@@ -276,8 +278,8 @@ impl Lattice {
         self.measure(view, fragments)
     }
 
-    /// Squared error a pixel of the last cell that there is room for when those come first that err least; infinity where
-    /// there is room for all.
+    /// Squared error per pixel of the last cell that fits into `room` when cells are taken in order of
+    /// increasing error; infinity if all fit.
     fn limit(&mut self, weighed: &[Weighed], room: f64) -> f64 {
         let dense = |one: &Weighed| self.risk.error(one) / f64::from(one.pixels);
         self.ranked.clear();
@@ -292,7 +294,7 @@ impl Lattice {
         last.map_or(f64::INFINITY, |&(density, _)| density)
     }
 
-    /// Chooses pixels to validate: of every class in proportion to weight.
+    /// Chooses pixels to validate, in each class with a probability proportional to the cells' weights.
     fn probe(&mut self, round: u32, weighed: &[Weighed], [room, noise]: [f64; 2], view: &View) {
         let (mut weights, mut counts) = ([0.0f64; CLASSES], [0usize; CLASSES]);
         for one in weighed.iter().filter(|one| one.weight > 0.0) {
@@ -306,7 +308,7 @@ impl Lattice {
         let mut steps = [f64::INFINITY; CLASSES];
         let seen = (0.01 * room).min(0.05 * (all + noise));
         for class in 0..CLASSES {
-            // What could not matter if it were ten times as wrong is not looked at.
+            // Classes whose error would be irrelevant even if it were ten times as large are not validated.
             if errors[class] > seen {
                 let count = (total * errors[class] / all).max(OF_A_CLASS.min(counts[class]) as f64);
                 steps[class] = weights[class] / count;
@@ -333,8 +335,8 @@ impl Lattice {
         }
     }
 
-    /// Compares validated pixels with what is interpolated there; appends the places of cells that are off by more than their
-    /// tolerance to `off`. Samples from `first` on are new.
+    /// Compares validated pixels with the interpolated values and updates the classes' mean errors. Appends
+    /// to `off` the indices of cells whose error exceeds their tolerance. Samples from `first` on are new.
     fn compare_probes(
         &mut self,
         weighed: &[Weighed],
@@ -353,7 +355,7 @@ impl Lattice {
             let class = usize::from(one.class);
             counts[class] += 1.0;
             let sample = self.corners[view.gbuffer.index(x, y)];
-            // Corners are what they are, and what sees nothing adds nothing.
+            // Corners have no interpolation error, and background pixels contribute none.
             if sample == NONE || sample < first {
                 continue;
             }

@@ -1,4 +1,4 @@
-//! What can be said about cells by their geometry alone.
+//! Properties of cells that depend on geometry alone.
 
 use glam::Vec3;
 use halflight_core::certificate::Region;
@@ -10,7 +10,7 @@ use crate::corners::Corners;
 use crate::refine::representative::cell_rect;
 use crate::tangent_plane::{LightCorners, Side, TangentPlanes};
 
-/// The frame and the light that all cells are classified for.
+/// Frame and light for which cells are classified.
 pub(super) struct View<'a> {
     pub(super) frame: &'a Frame<'a>,
     pub(super) gbuffer: &'a GBuffer,
@@ -19,9 +19,9 @@ pub(super) struct View<'a> {
 }
 
 impl View<'_> {
-    /// Where shadow rays of a cell's receivers start, its corners' included, without those that face away from the light.
-    /// Everywhere, where some have only part of the light above their horizon: of what little they get anything can hide a
-    /// large share.
+    /// Bounds on the origins of shadow rays of a cell's receivers, its corners included, without those that
+    /// face away from the light. Unbounded if some have only part of the light above their horizon: they get
+    /// little light, and a small occluder can hide a large fraction of it.
     pub(super) fn region(&self, cell: Square) -> Region {
         let (gbuffer, rect) = (self.gbuffer, cell_rect(self.gbuffer, cell.level, cell.x, cell.y));
         let light = LightCorners(self.frame.light(self.light).corners());
@@ -38,7 +38,7 @@ impl View<'_> {
         region
     }
 
-    /// Receivers among a cell's pixels.
+    /// Number of receivers among a cell's pixels.
     pub(super) fn receivers(&self, cell: Square) -> u64 {
         let rect = cell_rect(self.gbuffer, cell.level, cell.x, cell.y);
         let row =
@@ -46,7 +46,7 @@ impl View<'_> {
         (rect.y0..rect.y1).map(row).sum::<usize>() as u64
     }
 
-    /// Whether every pixel of a cell that sees something has a corner on its surface.
+    /// True if every pixel of a cell that sees geometry has a corner on its surface.
     pub(super) fn serves(&self, corners: &Corners, cell: Square) -> bool {
         let (gbuffer, pixels, places) = (self.gbuffer, corners.pixels(), corners.places());
         let rect = cell_rect(gbuffer, cell.level, cell.x, cell.y);

@@ -1,4 +1,4 @@
-//! What every upsampler must do, and what only ours do.
+//! Properties of all upsamplers, and of the robust ones.
 
 mod support;
 
@@ -14,12 +14,12 @@ use support::{
     Plane, Random, WALL, all, corner_cells, planes, push_cell, quadtree, sample_at, upsample, values_by,
 };
 
-/// The first pixel that is not `expected` within `tolerance`, with its value. Sky must be exactly 0.
+/// First pixel that is not `expected` within `tolerance`, with its value. Background must be exactly 0.
 fn first_off(gbuffer: &GBuffer, out: &[f32], expected: f32, tolerance: f32) -> Option<(usize, f32)> {
     first_outside(gbuffer, out, expected - tolerance, expected + tolerance)
 }
 
-/// The first receiver outside the bounds, or other pixel that is not 0.
+/// First receiver outside the bounds, or first other pixel that is not 0.
 fn first_outside(gbuffer: &GBuffer, out: &[f32], low: f32, high: f32) -> Option<(usize, f32)> {
     out.iter().copied().enumerate().find(|&(pixel, value)| {
         let (low, high) = if gbuffer.is_receiver(pixel) { (low, high) } else { (0.0, 0.0) };
@@ -33,7 +33,7 @@ fn random_plane(random: &mut Random) -> Plane {
     Plane { normal, distance: -(3.0 + 4.0 * random.unit()) * normal.z }
 }
 
-/// A random image of planes in random rectangles, some of them sky, with random cells.
+/// Random image of planes in random rectangles, some of them background, with random cells.
 fn random_case(seed: u32, width: u32, height: u32) -> (GBuffer, Fragments) {
     let mut random = Random(seed.wrapping_mul(0x9e37_79b9));
     let count = 1 + random.below(4) as usize;
@@ -107,8 +107,8 @@ fn the_papers_rbf_fails_the_flat_field_check() {
     }
 }
 
-/// Root-mean-square error, least and largest value on a flat field of ones in a 16² fragment, amid samples of random levels
-/// at random places along its edges.
+/// Root-mean-square error, least and largest value on a flat field of ones in a 16² fragment, amid samples of
+/// random levels at random positions along its edges.
 fn flat_field_error(upsampler: &mut dyn Upsampler) -> (f64, f32, f32) {
     let gbuffer = planes(48, 48, |_, _| Some(WALL));
     let mut random = Random(1);
@@ -120,7 +120,7 @@ fn flat_field_error(upsampler: &mut dyn Upsampler) -> (f64, f32, f32) {
         for (x, y) in (0..3).flat_map(|y| (0..3).map(move |x| (x, y))) {
             let level = if (x, y) == (1, 1) { 4 } else { random.below(5) as u8 };
             let half = 0.5 * f32::from(level).exp2();
-            // Touching the fragment in the middle, anywhere along it.
+            // Adjacent to the fragment, anywhere along its edge.
             let place = |cell: u32, random: &mut Random| match cell {
                 0 => 16.0 - half,
                 1 if level < 4 => 16.0 + 16.0 * random.unit(),
@@ -143,8 +143,9 @@ fn flat_field_error(upsampler: &mut dyn Upsampler) -> (f64, f32, f32) {
 
 #[test]
 fn the_papers_rbf_errs_on_flat_fields_as_measured() {
-    // An independent experiment with random sample sets of its own found 7.6 % (0.92 … 1.18) with the fixed variance and
-    // 3.1 % (0.98 … 1.08) with the adaptive one: a quarter more or less is the same fault on other sets.
+    // An independent experiment with other random sample sets found 7.6 % (0.92 … 1.18) with the fixed
+    // variance and 3.1 % (0.98 … 1.08) with the adaptive one: within a quarter, the artefact is the same on
+    // other sets.
     let (fixed, low, high) = flat_field_error(&mut RbfFixed::default());
     assert!((0.057..0.095).contains(&fixed) && low < 0.92 && high > 1.1, "{fixed} {low} {high}");
     let (adaptive, low, high) = flat_field_error(&mut RbfAdaptive::default());
@@ -152,14 +153,14 @@ fn the_papers_rbf_errs_on_flat_fields_as_measured() {
     assert!(flat_field_error(&mut RbfRobust::default()).0 < 1e-6);
 }
 
-/// The largest error against a function over receiver pixels at least `margin` from the border.
+/// Largest error against a function over receiver pixels at least `margin` from the border.
 fn worst(gbuffer: &GBuffer, out: &[f32], margin: u32, truth: impl Fn(f32, f32) -> f32) -> f32 {
     let (width, height) = (gbuffer.width, gbuffer.height);
     let mut worst = 0.0f32;
     for y in margin..height - margin {
         for x in margin..width - margin {
             let error = (out[gbuffer.index(x, y)] - truth(x as f32 + 0.5, y as f32 + 0.5)).abs();
-            // A comparison that NaN fails would hide it.
+            // NaN must not be lost in the comparison.
             worst = if error > worst || error.is_nan() { error } else { worst };
         }
     }
@@ -176,9 +177,9 @@ fn ramps_are_followed() {
     let error = |upsampler: &mut dyn Upsampler| {
         worst(&gbuffer, &upsample(upsampler, &gbuffer, &fragments, &values), 16, ramp)
     };
-    // Exact inside triangles; rounding of the weights (1e-6) and the least weight of a corner (1e-5 of the ramp's range)
-    // remain. The fit's stiffness leaves part of the slope to the average: half of what
-    // copying would err by at a fragment's corner, 8 × 0.006.
+    // Exact inside triangles; rounding of the weights (1e-6) and the least weight of a corner (1e-5 of the
+    // ramp's range) remain. The fit's stiffness leaves part of the slope to the average: half of what copying
+    // would err by at a fragment's corner, 8 × 0.006.
     assert!(error(&mut Delaunay::default()) < 1e-5);
     assert!(error(&mut RbfRobust::default()) < 0.024);
     assert!(error(&mut Bilinear::default()) > 0.024);
@@ -191,7 +192,8 @@ fn values_do_not_bleed_across_a_step_between_two_planes() {
     let on_near = |x: u32, y: u32| 3 * x + y > 190;
     let gbuffer = planes(96, 96, |x, y| Some(if on_near(x, y) { near } else { WALL }));
     let size = |level: u8| 1u32 << level;
-    // Refined at the step down to 2×2 pixels, like the papers'; what a mixed fragment holds is wrong on either side.
+    // Refined at the depth discontinuity down to 2×2 pixels, as in the papers; the value of a mixed fragment
+    // is wrong on either side.
     let fragments = quadtree(96, 96, 5, true, &mut |level, cx, cy| {
         let mut sides = (0..size(level)).flat_map(|dy| (0..size(level)).map(move |dx| (dx, dy)));
         let first = on_near(cx << level, cy << level);
@@ -212,12 +214,12 @@ fn values_do_not_bleed_across_a_step_between_two_planes() {
         let out = upsample(upsampler, &gbuffer, &fragments, &values);
         out.iter().enumerate().map(|(pixel, value)| (value - side(pixel)).abs()).fold(0.0, f32::max)
     };
-    // Samples on the other side weigh nothing and mixed ones a ten-thousandth: where the nearest good sample is twenty
-    // pixels off, and so weighs a four-hundredth itself, a twentieth may come through.
+    // Samples on the other side weigh nothing and mixed ones a ten-thousandth. Where the nearest good sample
+    // is twenty pixels away, and so weighs a four-hundredth itself, a twentieth may bleed.
     let [robust, triangles] = [bleeding(&mut RbfRobust::default()), bleeding(&mut Delaunay::default())];
     assert!(robust < 0.05 && triangles < 0.05, "{robust} {triangles}");
     assert!(bleeding(&mut RbfFixed::default()) > 0.2);
-    // Without knowledge of surfaces ours fails as well.
+    // Without surface limits the robust upsampler bleeds as well.
     let blind = SurfaceLimits { offset_px: 1e6, break_deg: 180.0, ..SurfaceLimits::default() };
     assert!(bleeding(&mut RbfRobust::new(RbfRobustConfig { surface: blind, ..Default::default() })) > 0.2);
     assert!(bleeding(&mut Delaunay::new(DelaunayConfig { surface: blind })) > 0.2);
@@ -237,7 +239,7 @@ fn thread_counts_do_not_matter() {
         let one = bits(run(1, index));
         assert_eq!(one, bits(run(2, index)), "{name}");
         assert_eq!(one, bits(run(8, index)), "{name}");
-        // A used upsampler gives the same as a new one, from the same memory.
+        // A used upsampler gives the same values as a new one, with the same memory.
         let first = upsample(&mut *upsampler, &gbuffer, &fragments, &values);
         let bytes = upsampler.bytes();
         assert_eq!(bits(first), one, "{name}");
@@ -255,7 +257,7 @@ fn samples_at_shared_corners_work() {
     let values = values_by(&fragments, ramp);
     for (name, mut upsampler) in all() {
         let out = upsample(&mut *upsampler, &gbuffer, &fragments, &values);
-        // The papers' own may overshoot, but not by more than the values themselves.
+        // Those of the papers may overshoot, but not by more than the values themselves.
         assert_eq!(first_outside(&gbuffer, &out, 0.0, 2.0), None, "{name}");
         if matches!(name, "rbf-robust" | "delaunay" | "lattice") {
             assert_eq!(first_outside(&gbuffer, &out, ramp(0.5, 0.5), ramp(69.5, 44.5)), None, "{name}");
@@ -274,7 +276,8 @@ fn between_corners_ramps_are_exact_and_steps_are_kept() {
     let out = upsample(&mut Lattice::default(), &gbuffer, &fragments, &values_by(&fragments, ramp));
     // Four products and a division of numbers below 1.
     assert!(worst(&gbuffer, &out, 0, ramp) < 1e-6);
-    // A step in the middle of cells: every pixel takes the values of its own side. Without knowledge of surfaces it would not.
+    // A depth discontinuity inside cells: every pixel takes the values of its own side. Without surface
+    // limits it would not.
     let near = Plane { normal: WALL.normal, distance: -4.0 };
     let gbuffer = planes(70, 45, |x, _| Some(if x < 23 { near } else { WALL }));
     let values = values_by(&fragments, |x, _| if x < 23.0 { 0.0 } else { 1.0 });
@@ -310,7 +313,7 @@ fn cells_without_values_take_them_from_their_neighbours() {
     assert!(values.iter().any(Option::is_none));
     for (name, mut upsampler) in ours() {
         let out = upsample(&mut *upsampler, &gbuffer, &fragments, &values);
-        // At its coarsest level bilinear has nothing to take from, and leaves 0.
+        // At its coarsest level bilinear has no source, and leaves 0.
         let low = if name == "bilinear" { 0.0 } else { 0.5 };
         assert_eq!(first_outside(&gbuffer, &out, low, 0.5), None, "{name}");
     }
@@ -351,7 +354,7 @@ fn a_pole_thinner_than_any_fragment_takes_its_mixture() {
         .map(|s| Some(if s.level == 1 && mixed(s.x) { 0.5 } else { 0.0 }))
         .collect();
     let out = upsample(&mut RbfRobust::default(), &gbuffer, &fragments, &values);
-    // No sample lies on the pole; the wall beside it must not be touched by the mixture.
+    // No sample lies on the pole; the wall beside it must not be affected by the mixture.
     for y in 0..32 {
         assert!((0.3..=0.5).contains(&out[y * 32 + 20]), "{}", out[y * 32 + 20]);
         assert!(out[y * 32 + 18] < 0.01 && out[y * 32 + 23] < 0.01);

@@ -1,4 +1,4 @@
-//! Images of planes and random cells to test upsamplers on.
+//! Images of planes and random cells for tests of upsamplers.
 
 use halflight_core::fragment::{Fragments, Sample};
 use halflight_core::frame::{Frame, Sharing};
@@ -12,7 +12,7 @@ use halflight_core::stages::Upsampler;
 
 use crate::upsample::{Bilinear, Delaunay, Lattice, RbfAdaptive, RbfFixed, RbfRobust};
 
-/// Numbers from the workspace's own hash.
+/// Pseudo-random numbers from the workspace's hash.
 pub(super) struct Random(pub(super) u32);
 
 impl Random {
@@ -21,7 +21,7 @@ impl Random {
         ((u64::from(hash::mix(self.0)) * u64::from(end)) >> 32) as u32
     }
 
-    /// In 0 … 1.
+    /// Number in 0 … 1.
     pub(super) fn unit(&mut self) -> f32 {
         self.below(1 << 24) as f32 / (1 << 24) as f32
     }
@@ -34,10 +34,11 @@ pub(super) struct Plane {
     pub(super) distance: f32,
 }
 
-/// Faces the camera, five metres off.
+/// Plane that faces the camera, five metres away.
 pub(super) const WALL: Plane = Plane { normal: Vec3::Z, distance: -5.0 };
 
-/// A G-buffer seen from the origin along -z, whose pixels lie on the planes that `plane` picks; `None` sees nothing.
+/// G-buffer seen from the origin along -z, whose pixels lie on the planes that `plane` returns; `None` for
+/// the background.
 pub(super) fn planes(width: u32, height: u32, plane: impl Fn(u32, u32) -> Option<Plane>) -> GBuffer {
     let mut gbuffer = GBuffer::default();
     gbuffer.reset(width, height);
@@ -54,7 +55,7 @@ pub(super) fn planes(width: u32, height: u32, plane: impl Fn(u32, u32) -> Option
                 gbuffer.depth[index] = depth;
                 gbuffer.position[index] = direction * depth;
                 gbuffer.normal[index] = normal;
-                // A number of its own for every plane.
+                // Every plane is a primitive of its own.
                 gbuffer.primitive[index] = hash::fold(normal.x.to_bits(), distance.to_bits()) >> 1;
             }
         }
@@ -62,7 +63,7 @@ pub(super) fn planes(width: u32, height: u32, plane: impl Fn(u32, u32) -> Option
     gbuffer
 }
 
-/// Runs an upsampler on an image of NaNs, so that pixels it forgets show.
+/// Runs an upsampler on an image of NaNs, so that pixels it does not write are found.
 pub(super) fn upsample(
     upsampler: &mut dyn Upsampler,
     gbuffer: &GBuffer,
@@ -84,7 +85,7 @@ pub(super) fn upsample(
     out
 }
 
-/// All with their names.
+/// All upsamplers with their names.
 pub(super) fn all() -> [(&'static str, Box<dyn Upsampler>); 6] {
     [
         ("bilinear", Box::new(Bilinear::default())),
@@ -96,7 +97,7 @@ pub(super) fn all() -> [(&'static str, Box<dyn Upsampler>); 6] {
     ]
 }
 
-/// A sample at a point of the image whose value holds for the pixel under it.
+/// Adds a sample at a point of the image whose value holds for the pixel under it.
 pub(super) fn sample_at(fragments: &mut Fragments, x: f32, y: f32, level: u8) -> u32 {
     let (width, height) = (fragments.width(), fragments.height());
     let pixel = (y as u32).min(height - 1) * width + (x as u32).min(width - 1);
@@ -121,7 +122,7 @@ pub(super) fn push_cell(fragments: &mut Fragments, level: u8, x: u32, y: u32, ad
     fragments.push_cell(level, x, y, &samples);
 }
 
-/// A quadtree over the image: `split` tells whether the cell at a place is to be split further.
+/// Quadtree over the image: `split` returns true if a cell is to be split further.
 pub(super) fn quadtree(
     width: u32,
     height: u32,
@@ -158,7 +159,8 @@ pub(super) fn quadtree(
     fragments
 }
 
-/// Cells of one level with samples at their corners, shared between neighbours, as an outside refiner might have them.
+/// Cells of one level with samples at their corners, shared between neighbours, as an external refiner might
+/// create them.
 pub(super) fn corner_cells(width: u32, height: u32, level: u8) -> Fragments {
     let mut fragments = Fragments::default();
     fragments.reset(width, height, 0);
@@ -179,7 +181,7 @@ pub(super) fn corner_cells(width: u32, height: u32, level: u8) -> Fragments {
     fragments
 }
 
-/// The value of every sample by a function of its place.
+/// Values of all samples by a function of their position.
 pub(super) fn values_by(fragments: &Fragments, value: impl Fn(f32, f32) -> f32) -> Vec<Option<f32>> {
     fragments.samples().iter().map(|sample| Some(value(sample.x, sample.y))).collect()
 }

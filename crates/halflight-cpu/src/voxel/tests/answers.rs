@@ -1,4 +1,4 @@
-//! Masks of whole images.
+//! Visibility masks of whole images.
 
 use super::*;
 use crate::bvh::tests::meshes::hall;
@@ -15,7 +15,7 @@ fn on_floor(p: Vec3) -> bool {
 }
 
 fn both() -> impl Iterator<Item = VoxelConfig> {
-    // Steps thicken rays by a slice on either side, so that they need as much more bias.
+    // Steps thicken rays by a slice on either side, and therefore need a larger bias.
     [(Traversal::Dda, 1.0, 0), (Traversal::Steps { count: 48 }, 2.5, 1)]
         .into_iter()
         .map(|(traversal, bias, thickness)| VoxelConfig { traversal, bias, thickness, ..EXACT })
@@ -33,7 +33,7 @@ fn a_roof_blocks_and_without_it_all_is_free() {
         let (seen, wanted) = visible(&open.answered(&mut open.prepared(config), &questions));
         assert!(questions.len() > 500);
         assert_eq!(seen, wanted, "{config:?}");
-        // A bit that should not be there is noticed: a column of voxels in the middle of the image.
+        // A false bit is noticed: a column of voxels in the middle of the image.
         let voxels = open.prepared(config);
         for texel in 60..68 {
             voxels.grid.set(texel, 60, 0, 127);
@@ -41,7 +41,7 @@ fn a_roof_blocks_and_without_it_all_is_free() {
         voxels.grid.build_levels();
         let mut voxels = voxels;
         assert!(visible(&open.answered(&mut voxels, &questions)).0 < wanted, "{config:?}");
-        // And so is one that is missing.
+        // A missing bit is noticed as well.
         let questions = roofed.questions(below_roof);
         let mut voxels = roofed.prepared(config);
         voxels.grid.clear();
@@ -68,7 +68,7 @@ fn masks_of_a_hall_are_mostly_those_of_ray_tracing() {
         (0..exact.len()).map(|query| bits(query).count_ones()).sum::<u32>() as f32
     };
     let wanted = visible(&exact).1 as f32;
-    // Not a bound from theory: fine voxels must be far better than answers without any, and than coarse ones.
+    // Empirical thresholds: fine voxels must be far better than no shadows, and than coarse voxels.
     let fine = differing(&stage.answered(&mut stage.prepared(config), &questions)) / wanted;
     let coarse = VoxelConfig { resolution: 32, depth_bits: 32, ..config };
     let coarse = differing(&stage.answered(&mut stage.prepared(coarse), &questions)) / wanted;
@@ -98,7 +98,7 @@ fn leaving_out_empty_space_changes_nothing() {
                 }
             }
         }
-        // A ray that is entered halfway rounds differently there: it may pass a voxel's corner on the other side.
+        // Rays that begin halfway round differently: they may pass a voxel's corner on the other side.
         assert!(bits > 50_000 && different * 10_000 < bits, "{different} of {bits}, {config:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! Why pixels are wrong.
+//! Causes of wrong pixels.
 
 use super::error_map::{Cause, VoxelErrorCounts, VoxelErrorMap, segments, voxel_error_map};
 use super::*;
@@ -28,7 +28,7 @@ fn equal_masks_have_no_failures() {
     let same = voxel_error_map(&stage.frame(), &voxels, &exact, &exact, 0.0, &segments(&stage.bvh));
     assert_eq!(same.counts.failures(), 0);
     assert!(same.counts.receivers > 500);
-    // Nothing differs by more than all of it.
+    // No fraction differs by more than 1.
     assert_eq!(map(&stage, EXACT, 1.0).counts.failures(), 0);
 }
 
@@ -48,7 +48,7 @@ fn thin_roofs_shade_too_much_and_contacts_too_little() {
     let coarse = VoxelConfig { resolution: 32, depth_bits: 32, ..EXACT };
     let counts = map(&stage, coarse, 0.1).counts;
     assert!(counts.thickness > 10 && counts.out_of_view == 0, "{counts:?}");
-    // Lifted by many voxels, rays start above a low step and lose its shadow.
+    // Offset by many voxels, rays start above a low step and lose its shadow.
     let step = (Vec3::new(-3.0, 0.0, 2.0), Vec3::new(3.0, 0.3, 2.2));
     let stage = Stage::new(floor_with(&[step]), 128, 96);
     let counts = map(&stage, VoxelConfig { bias: 20.0, ..EXACT }, 0.1).counts;

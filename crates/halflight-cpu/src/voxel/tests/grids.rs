@@ -1,4 +1,4 @@
-//! What is set in the grid.
+//! Voxels that rasterization sets.
 
 use glam::DVec3;
 
@@ -27,7 +27,8 @@ fn set_voxels(grid: &Grid) -> Vec<[usize; 3]> {
         .collect()
 }
 
-/// Points on triangles that lie in the grid, at random and on the triangles' borders, and how many are in unset voxels.
+/// Number of points on triangles that lie in the grid, at random and on the triangles' borders, and number of
+/// those in unset voxels.
 fn unset(frustum: &Frustum, grid: &Grid, triangles: &[[Vec3; 3]], samples: usize) -> (usize, usize) {
     let mut numbers = Numbers::new(9);
     let (mut inside, mut unset) = (0, 0);
@@ -81,8 +82,9 @@ fn voxels_that_nothing_touches_stay_unset() {
             (corners[0].min(corners[1]).min(corners[2]), corners[0].max(corners[1]).max(corners[2]));
         for voxel in set_voxels(&grid) {
             let points = frustum.corners(voxel);
-            // Single precision places corners within 1e-5 of a scene of ten metres. A texel's slices are the depths of the
-            // triangle in it, not of its plane in each of its voxels: a voxel farther is right where the texel is steep.
+            // Single precision places corners within 1e-5 of a scene of ten metres. A texel's slices are the
+            // depth range of the triangle in the texel, not of its plane in each voxel: one voxel more is
+            // correct where the triangle is steep in the texel.
             let sides = points.map(|p| normal.dot(p - corners[0]));
             let touches = sides.iter().any(|&s| s < 1e-5) && sides.iter().any(|&s| s > -1e-5);
             let apart = |axis: usize| {

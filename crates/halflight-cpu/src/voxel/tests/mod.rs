@@ -1,4 +1,4 @@
-//! Voxel marching on made-up scenes.
+//! Voxel marching on synthetic scenes.
 
 mod answers;
 mod failures;
@@ -19,11 +19,11 @@ use super::*;
 use crate::bvh::tests::meshes::{cuboid, lamp, scene};
 use crate::bvh::{Bvh, BvhRays};
 
-/// The paper's grid with exact traversal.
+/// Grid of the paper with exact traversal.
 const EXACT: VoxelConfig =
     VoxelConfig { resolution: 128, depth_bits: 128, traversal: Traversal::Dda, thickness: 0, bias: 1.0 };
 
-/// Numbers in 0 … 1, always the same.
+/// Reproducible pseudo-random numbers in 0 … 1.
 struct Numbers {
     seed: u32,
     index: u32,
@@ -39,13 +39,13 @@ impl Numbers {
         hash::unit_pair(hash::sample_bits(self.seed, self.index)).0
     }
 
-    /// A point in a cube from `-half` to `half`.
+    /// Point in the cube from `-half` to `half`.
     fn point(&mut self, half: f32) -> Vec3 {
         (Vec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0) * half
     }
 }
 
-/// A scene with its image.
+/// Scene with its image.
 struct Stage {
     scene: Scene,
     bvh: std::sync::Arc<Bvh>,
@@ -79,7 +79,7 @@ impl Stage {
         voxels
     }
 
-    /// A query at every receiver that `asked` accepts, culled below the horizons, without answers.
+    /// Batch of a query at every receiver that `asked` accepts, culled below the horizons, without masks.
     fn questions(&self, asked: impl Fn(Vec3) -> bool) -> MaskBatch {
         let frame = self.frame();
         let mut batch = MaskBatch::default();
@@ -106,7 +106,7 @@ impl Stage {
     }
 }
 
-/// Wanted samples that are visible, and all that are wanted.
+/// Number of wanted samples that are visible, and of all wanted samples.
 fn visible(batch: &MaskBatch) -> (u32, u32) {
     (0..batch.len()).fold((0, 0), |(visible, wanted), query| {
         let asked = batch.wanted(query)[0];
@@ -114,7 +114,7 @@ fn visible(batch: &MaskBatch) -> (u32, u32) {
     })
 }
 
-/// A floor from -4 to 4 seen from above, a lamp over it, and whatever is put between them.
+/// Floor from -4 to 4 seen from above, a light over it, and blockers between them.
 fn floor_with(blockers: &[(Vec3, Vec3)]) -> Scene {
     let mut corners = cuboid(Vec3::new(-4.0, -0.5, -4.0), Vec3::new(4.0, 0.0, 4.0));
     for &(low, high) in blockers {

@@ -1,4 +1,4 @@
-//! Which voxels a ray asks about.
+//! Voxels that a ray tests.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use super::*;
 
 const RUN: Run = Run::WHOLE;
 
-/// All voxels that a ray asks about.
+/// Kernel that collects all voxels that a ray tests.
 struct Visits<'a> {
     frustum: &'a Frustum,
     traversal: Traversal,
@@ -49,7 +49,7 @@ fn frustum(side: usize, bits: usize) -> Frustum {
     Frustum::new(&camera, 1.3, (1.0, 8.0), side, bits)
 }
 
-/// A random segment, mostly in the frustum, in homogeneous coordinates.
+/// Random segment, mostly in the frustum, in homogeneous coordinates.
 fn segment(frustum: &Frustum, numbers: &mut Numbers) -> [DVec3; 2] {
     [(), ()].map(|()| {
         let mut along = || f64::from(numbers.next()) * 1.2 - 0.1;
@@ -59,11 +59,11 @@ fn segment(frustum: &Frustum, numbers: &mut Numbers) -> [DVec3; 2] {
     })
 }
 
-/// Single precision puts a ray in a grid of at most 200 texels at most this far from where it is, in voxels: 200 units in
+/// Bound on the error of a ray in single precision, in voxels, for grids of at most 200 texels: 200 units in
 /// the last place, 2^-23 of it each, over some ten operations.
 const ROUNDING: f64 = 1e-3;
 
-/// Whether a segment passes a voxel that is made larger by [`ROUNDING`]: clipped against its six planes, exactly.
+/// True if a segment passes a voxel enlarged by [`ROUNDING`]: clipped against its six planes, exactly.
 fn passes(frustum: &Frustum, [a, b]: [DVec3; 2], [column, row, slice]: [usize; 3]) -> bool {
     let slices = |p: DVec3| (p.z - f64::from(frustum.near)) * frustum.slices();
     let side = |p: DVec3| {
@@ -91,7 +91,7 @@ fn passes(frustum: &Frustum, [a, b]: [DVec3; 2], [column, row, slice]: [usize; 3
     enter <= leave
 }
 
-/// Whether a point is nearer than [`ROUNDING`] to a border between voxels or of the grid.
+/// True if a point is nearer than [`ROUNDING`] to a border between voxels or of the grid.
 fn on_border(frustum: &Frustum, p: DVec3) -> bool {
     let slice = (p.z - f64::from(frustum.near)) * frustum.slices();
     [p.x / p.z, p.y / p.z, slice].iter().any(|at| (at - at.round()).abs() < ROUNDING)
