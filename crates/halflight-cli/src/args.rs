@@ -130,7 +130,7 @@ pub(crate) struct Render {
     #[arg(long, help_heading = "Output")]
     pub(crate) print_config: bool,
     /// What radiance is multiplied with in the picture.
-    #[arg(long, value_name = "X", default_value_t = halflight_lab::picture::EXPOSURE, value_parser = positive, help_heading = "Output")]
+    #[arg(long, value_name = "X", default_value_t = halflight_image::picture::EXPOSURE, value_parser = positive, help_heading = "Output")]
     pub(crate) exposure: f32,
 }
 
@@ -242,7 +242,7 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "F.png")]
     pub(crate) error_map: Option<PathBuf>,
     /// Error, as a share of the reference's largest value, that is brightest in the picture.
-    #[arg(long, value_name = "X", default_value_t = halflight_lab::picture::ERROR_SCALE, value_parser = positive, requires = "error_map")]
+    #[arg(long, value_name = "X", default_value_t = halflight_image::picture::ERROR_SCALE, value_parser = positive, requires = "error_map")]
     pub(crate) scale: f32,
 }
 

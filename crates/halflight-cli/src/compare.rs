@@ -3,9 +3,8 @@
 use std::error::Error;
 
 use halflight_core::glam::Vec3;
-use halflight_lab::exr_file::{self, ExrFile, Window, layer_in_words};
+use halflight_image::{ExrFile, Window, layer_in_words, memory, picture};
 use halflight_lab::program::{print, say};
-use halflight_lab::{memory, picture};
 use halflight_metrics::{CompareError, Comparison, Image, compare, is_standard_output, write_png};
 
 use crate::Outcome;
@@ -59,7 +58,7 @@ struct Pair {
 impl Pair {
     /// Reads the pixels that both files have of the layers to compare.
     fn read(args: &Compare) -> Result<Self, Box<dyn Error>> {
-        let (image, reference) = (exr_file::read(&args.image)?, exr_file::read(&args.reference)?);
+        let (image, reference) = (ExrFile::read(&args.image)?, ExrFile::read(&args.reference)?);
         let [layer, reference_layer] = layers(args.layer.as_deref(), &image, &reference);
         let (pixels, truth) = (image.layer(layer)?, reference.layer(reference_layer)?);
         let window = common_window(&image, &reference)?;

@@ -18,13 +18,18 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use args::{Cli, Command};
-use halflight_lab::memory::Allocator;
-use halflight_lab::program;
+use halflight_lab::program::{self, Allocator};
 
 #[global_allocator]
 static ALLOCATOR: Allocator = Allocator;
 
-/// What a command comes to: messages are for the user, one line each.
+/// Name and version, as stored in images.
+const PROGRAM: &str = concat!("halflight ", env!("CARGO_PKG_VERSION"));
+
+/// Commit that the program was built from; `None` outside of a repository.
+const COMMIT: Option<&str> = option_env!("HALFLIGHT_COMMIT");
+
+/// Result of a command; messages of errors are for the user, one line each.
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
 fn main() -> ExitCode {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use halflight_core::gbuffer::GBuffer;
 use halflight_cpu::gbuffer;
-use halflight_lab::exr_file::ExrFile;
+use halflight_image::ExrFile;
 use halflight_lab::program::say;
 use halflight_lab::reference::{ReferenceConfig, reference};
 use halflight_lab::unlit::unlit;
@@ -49,8 +49,8 @@ pub(crate) fn run(args: &Reference) -> Outcome {
     let mut seen = GBuffer::default();
     gbuffer::trace(&bvh, &scene, width, height, &mut seen);
     let metadata = json!({
-        "program": halflight_lab::PROGRAM,
-        "commit": halflight_lab::COMMIT,
+        "program": crate::PROGRAM,
+        "commit": crate::COMMIT,
         "scene": name,
         "reference": {
             "width": width,

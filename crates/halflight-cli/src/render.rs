@@ -14,9 +14,7 @@ use halflight_cpu::bvh::Bvh;
 use halflight_cpu::config::{Named, PipelineConfig};
 use halflight_cpu::pipeline::{Image, Pipeline};
 use halflight_cpu::voxel::VoxelConfig;
-use halflight_lab::exr_file::{ExrFile, RGB};
-use halflight_lab::memory;
-use halflight_lab::picture;
+use halflight_image::{ExrFile, RGB, memory, picture};
 use halflight_lab::program::{print, say};
 use halflight_lab::unlit::unlit;
 use halflight_lab::voxel_errors::failures;
@@ -265,8 +263,8 @@ fn layers(
     // By way of text, which has 0.05 where the nearest f64 of an f32 is 0.05000000074505806.
     let config: Value = serde_json::from_str(&serde_json::to_string(config)?)?;
     let mut metadata = json!({
-        "program": halflight_lab::PROGRAM,
-        "commit": halflight_lab::COMMIT,
+        "program": crate::PROGRAM,
+        "commit": crate::COMMIT,
         "scene": scene,
         "config": config,
     });

@@ -5,6 +5,10 @@ use std::io::{self, Write};
 
 use rayon::ThreadPoolBuilder;
 
+pub use allocator::Allocator;
+
+mod allocator;
+
 /// Starts the worker threads, `asked` for by the user or by the environment, and says so where they are fewer. From then on
 /// writing beyond the limit on file sizes (`ulimit -f`) is an error and no longer the end of the program.
 ///

@@ -31,7 +31,7 @@ use halflight_metrics::{CompareError, Image, ImageError, WriteError, flicker, ha
 use rayon::prelude::*;
 
 use crate::culled::Culled;
-use crate::memory::{self, NotEnough};
+use halflight_image::memory::{self, NotEnough};
 use state::State;
 
 mod state;

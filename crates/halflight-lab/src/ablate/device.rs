@@ -11,11 +11,11 @@ use halflight_gpu::{Gpu, GpuError, Inputs, Renderer};
 
 use super::AblateError;
 use super::plan::Row;
-use crate::picture;
 use halflight_core::gbuffer::GBuffer;
 #[cfg(feature = "gpu")]
 use halflight_cpu::pipeline::Image;
 use halflight_cpu::pipeline::Pipeline;
+use halflight_image::picture;
 
 /// What renders rows.
 #[derive(Clone, Debug, Default)]

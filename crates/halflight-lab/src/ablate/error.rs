@@ -8,8 +8,8 @@ use halflight_cpu::pipeline::PipelineError;
 use halflight_metrics::{CompareError, ImageError, WriteError};
 use halflight_scene::SceneError;
 
-use crate::memory::NotEnough;
 use crate::reference::ReferenceError;
+use halflight_image::memory::NotEnough;
 
 /// Why an experiment cannot be run.
 #[derive(Debug, thiserror::Error)]

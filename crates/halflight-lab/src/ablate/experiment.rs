@@ -170,7 +170,7 @@ fn one() -> Vec<f32> {
 }
 
 fn error_scale() -> f32 {
-    crate::picture::ERROR_SCALE
+    halflight_image::picture::ERROR_SCALE
 }
 
 fn visibility() -> Vec<toml::Table> {

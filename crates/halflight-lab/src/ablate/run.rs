@@ -22,11 +22,11 @@ use super::provenance::Provenance;
 use super::record::{Finished, Measured, PaperError};
 use super::state::{Header, State};
 use super::{AblateError, error, flicker, timing};
-use crate::memory;
-use crate::picture;
 use crate::reference::{Reference, ReferenceConfig, reference};
 use crate::unlit::unlit;
 use crate::voxel_errors::{Failures, failures};
+use halflight_image::memory;
+use halflight_image::picture;
 
 /// Pipelines are held together, and so timed in turn, up to this many bytes, or half of what can be had.
 const GROUP_BYTES: u64 = 3 << 30;

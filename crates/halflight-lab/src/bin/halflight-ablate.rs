@@ -13,7 +13,7 @@ use halflight_lab::ablate::progress::Progress;
 use halflight_lab::ablate::provenance::Provenance;
 use halflight_lab::ablate::run::{Places, run};
 use halflight_lab::ablate::{AblateError, Experiment, output};
-use halflight_lab::memory::Allocator;
+use halflight_lab::program::Allocator;
 use halflight_lab::program::{self, message, say};
 use halflight_lab::{furnished, robustness};
 

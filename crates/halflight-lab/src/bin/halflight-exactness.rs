@@ -14,7 +14,7 @@ use halflight_lab::ablate::provenance::Provenance;
 use halflight_lab::exactness::certificates::{self, Outcome};
 use halflight_lab::exactness::primary::{self, PrimaryAgreement};
 use halflight_lab::exactness::{self, ExactnessError, Record, SCENES, Settings};
-use halflight_lab::memory::Allocator;
+use halflight_lab::program::Allocator;
 use halflight_lab::program::{self, message, say};
 use indicatif::{HumanCount, ProgressBar, ProgressStyle};
 

@@ -13,7 +13,7 @@ use super::{Cell, Row, page};
 use crate::ablate::provenance::Provenance;
 use crate::ablate::table::Table;
 use crate::ablate::{AblateError, error};
-use crate::picture;
+use halflight_image::picture;
 
 /// Pictures are enlarged to about so many pixels a side.
 const SHOWN: u32 = 192;

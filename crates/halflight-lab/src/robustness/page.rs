@@ -34,7 +34,7 @@ pub(super) fn html(rows: &[Row], provenance: &Provenance, command: &str) -> Stri
          <b>fails</b> where the error is above {FAILS:.0e}, or where it is no better than the picture without any \
          shadow. Black: no picture at all (NaN, infinite, negative, panic). Pictures: rendered, reference, error (pale is {} % of \
          the reference's peak and more).</p>\n",
-        crate::picture::ERROR_SCALE * 100.0
+        halflight_image::picture::ERROR_SCALE * 100.0
     );
     let count = |word: &str| cells(rows).filter(|(_, cell)| cell.verdict.word() == word).count();
     page += &format!(

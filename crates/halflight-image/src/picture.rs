@@ -1,4 +1,6 @@
-//! Pictures to look at, 8-bit sRGB, rows from the top left: the image itself, its fragments, its error.
+//! Pictures to look at: 8-bit sRGB pixels, row by row from the top left.
+//!
+//! Functions take one value a pixel and return one `[red, green, blue]` a pixel.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -7,10 +9,10 @@ use halflight_core::fragment::Fragments;
 use halflight_core::gbuffer::GBuffer;
 use halflight_metrics::{CompareError, Image, error_map, tone_map};
 
-/// The exposure of all pictures: radiance of 1 W/m²/sr is white.
+/// Exposure of all pictures of Halflight: a radiance of 1 W/m²/sr is white.
 pub const EXPOSURE: f32 = 1.0;
 
-/// Error that the brightest colour of an error map stands for: a twentieth of the reference's peak.
+/// Error that the brightest colour of an error map stands for, as a share of the reference's peak: a twentieth.
 pub const ERROR_SCALE: f32 = 0.05;
 
 /// Colours of levels 0 … 7 in a fragment map: cyan for single pixels as in Koa17, white for the coarsest.
@@ -25,21 +27,23 @@ const LEVELS: [[u8; 3]; 8] = [
     [255, 255, 255],
 ];
 
-/// The colour of pixels that see nothing.
+/// Colour of pixels that see nothing.
 const NOTHING: [u8; 3] = [24, 24, 28];
 
-/// Diffuse radiance `albedo/π · irradiance` of every pixel, W/m²/sr.
+/// Returns the diffuse radiance `albedo/π · irradiance` of every pixel, W/m²/sr, from irradiance in W/m² and albedo in 0 … 1.
 pub fn radiance(irradiance: &[Vec3], albedo: &[Vec3]) -> Vec<Vec3> {
     irradiance.iter().zip(albedo).map(|(&light, &albedo)| light * albedo * FRAC_1_PI).collect()
 }
 
-/// The image as the camera sees it: radiance times `exposure`, clamped, in sRGB.
+/// Returns the image as the camera sees it: radiance times `exposure`, clamped to 0 … 1, in sRGB. [`EXPOSURE`] is the usual one.
 pub fn image(irradiance: &[Vec3], albedo: &[Vec3], exposure: f32) -> Vec<[u8; 3]> {
     tone_map(&radiance(irradiance, albedo), exposure)
 }
 
-/// The fragments of one light, a colour a level, the same in every map; cells of 4 × 4 pixels and up have a thin dark
-/// edge at their top and left. Pixels that see nothing are nearly black.
+/// Returns a map of the fragments of one light: one colour a level, equal in all maps.
+///
+/// Cells of 4 × 4 pixels and more have a thin dark edge at their top and left. Pixels that see nothing, and those that
+/// `gbuffer` lacks where it has another size, are nearly black.
 pub fn fragment_map(fragments: &Fragments, gbuffer: &GBuffer) -> Vec<[u8; 3]> {
     let (width, height) = (fragments.width(), fragments.height());
     let mut picture = vec![NOTHING; width as usize * height as usize];
@@ -49,8 +53,8 @@ pub fn fragment_map(fragments: &Fragments, gbuffer: &GBuffer) -> Vec<[u8; 3]> {
         let (x0, y0, x1, y1) = cell.pixels(width, height);
         for y in y0..y1 {
             for x in x0..x1 {
-                let pixel = gbuffer.index(x, y);
-                if gbuffer.is_receiver(pixel) {
+                let pixel = y as usize * width as usize + x as usize;
+                if pixel < gbuffer.pixels() && gbuffer.is_receiver(pixel) {
                     picture[pixel] = if x == x0 || y == y0 { edge } else { colour };
                 }
             }
@@ -59,19 +63,20 @@ pub fn fragment_map(fragments: &Fragments, gbuffer: &GBuffer) -> Vec<[u8; 3]> {
     picture
 }
 
-/// The same of levels alone, one a pixel, without edges.
+/// Returns a map of levels, one a pixel, in the colours of [`fragment_map`] and without edges.
 pub fn level_map(levels: &[u8], gbuffer: &GBuffer) -> Vec<[u8; 3]> {
     let colour = |(pixel, &level): (usize, &u8)| {
-        if gbuffer.is_receiver(pixel) { LEVELS[usize::from(level).min(LEVELS.len() - 1)] } else { NOTHING }
+        let seen = pixel < gbuffer.pixels() && gbuffer.is_receiver(pixel);
+        if seen { LEVELS[usize::from(level).min(LEVELS.len() - 1)] } else { NOTHING }
     };
     levels.iter().enumerate().map(colour).collect()
 }
 
-/// Where the error lies: |luminance difference| over the reference's peak, from black to pale yellow at `scale`
-/// ([`ERROR_SCALE`] for maps that are to be compared); masked pixels are grey.
+/// Returns a map of the error: |luminance difference| over the reference's peak, from black to pale yellow at `scale` and
+/// above. Masked pixels are grey. Maps that are to be compared have one scale, such as [`ERROR_SCALE`].
 ///
 /// # Errors
-/// As [`halflight_metrics::compare`].
+/// [`CompareError`] where sizes or masks differ, no pixel takes part, a pixel is not finite, or the reference is black.
 pub fn error(image: Image<'_>, reference: Image<'_>, scale: f32) -> Result<Vec<[u8; 3]>, CompareError> {
     Ok(error_map(image, reference)?.picture(scale))
 }

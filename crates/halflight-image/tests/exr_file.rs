@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
-use halflight_lab::exr_file::{DEFAULT_LAYER, ExrFile, RGB, ReadError, Window, XYZ, read};
+use halflight_image::{DEFAULT_LAYER, ExrFile, RGB, ReadError, Window, XYZ};
 use serde_json::json;
 
 /// A folder of this test alone, empty.
@@ -48,7 +48,7 @@ fn all_layers_and_the_metadata_come_back_bit_for_bit() {
     let path = folder("round-trip").join("image.exr");
     let written = sample();
     written.clone().write(&path).unwrap();
-    let back = read(&path).unwrap();
+    let back = ExrFile::read(&path).unwrap();
     assert_eq!(back, ExrFile { path: path.clone(), ..written });
     let names: Vec<&str> = back.channels.keys().map(String::as_str).collect();
     assert_eq!(
@@ -131,7 +131,7 @@ fn files_that_others_wrote_in_several_parts_are_read_by_layer() {
     ]);
     let size = IntegerBounds::from_dimensions((3, 2));
     Image::from_layers(ImageAttributes::new(size), layers).write().to_file(&path).unwrap();
-    let file = halflight_lab::exr_file::read(&path).unwrap();
+    let file = ExrFile::read(&path).unwrap();
     assert_eq!(file.vectors("irradiance", RGB).unwrap(), [Vec3::splat(2.0); 6]);
     assert_eq!(file.layer("normal").unwrap(), [Vec3::splat(0.25); 6]);
     assert_eq!(file.metadata, serde_json::Value::Null);
@@ -151,7 +151,7 @@ fn windows_and_crops_are_where_the_file_says() {
         channel.sample_data = FlatSamples::F32((0..6).map(|value| value as f32).collect());
     }
     Image::new(ImageAttributes::new(size), layer).write().to_file(&path).unwrap();
-    let file = halflight_lab::exr_file::read(&path).unwrap();
+    let file = ExrFile::read(&path).unwrap();
     assert_eq!(file.window(), Window { x: -2, y: 1, width: 3, height: 2 });
     assert_eq!(file.display, Window { x: -4, y: 0, width: 20, height: 10 });
     let inner = Window { x: -1, y: 2, width: 2, height: 1 };
@@ -185,8 +185,7 @@ fn every_number_format_compression_and_tiling_gives_the_same_values() {
             let channels = AnyChannels::sort(smallvec([AnyChannel::new("Y", samples.clone())]));
             let layer = Layer::new((64, 48), LayerAttributes::default(), encoding, channels);
             Image::from_layer(layer).write().to_file(&path).unwrap();
-            let read =
-                halflight_lab::exr_file::read(&path).unwrap().plane(DEFAULT_LAYER, "Y").unwrap().to_vec();
+            let read = ExrFile::read(&path).unwrap().plane(DEFAULT_LAYER, "Y").unwrap().to_vec();
             // Integers below 2048 are exact in all of them.
             assert!(
                 read.iter().zip(&whole).all(|(&read, &value)| read == value as f32),
@@ -207,7 +206,7 @@ fn a_missing_layer_is_named_with_those_there_are() {
     let mut file = ExrFile::new(1, 1, json!(null));
     file.add_plane("depth", "Z", vec![1.0]);
     file.write(&path).unwrap();
-    let error = read(&path).unwrap().layer("irradiance").unwrap_err();
+    let error = ExrFile::read(&path).unwrap().layer("irradiance").unwrap_err();
     assert!(matches!(&error, ReadError::Layer { layer, .. } if layer == "layer `irradiance`"));
     let message = error.to_string();
     assert!(
@@ -231,15 +230,15 @@ fn a_channel_of_the_wrong_size_is_refused_and_nothing_is_written() {
 #[test]
 fn foreign_and_missing_files_are_told_apart() {
     let folder = folder("foreign");
-    assert!(matches!(read(&folder.join("none.exr")), Err(ReadError::Open { .. })));
+    assert!(matches!(ExrFile::read(&folder.join("none.exr")), Err(ReadError::Open { .. })));
     let text = folder.join("text.exr");
     fs::write(&text, "not an image").unwrap();
-    assert!(matches!(read(&text), Err(ReadError::Format { .. })));
+    assert!(matches!(ExrFile::read(&text), Err(ReadError::Format { .. })));
     fs::write(&text, "").unwrap();
-    assert!(matches!(read(&text), Err(ReadError::Format { .. })));
+    assert!(matches!(ExrFile::read(&text), Err(ReadError::Format { .. })));
     // Endless devices end.
     if cfg!(target_os = "linux") {
-        assert!(matches!(read("/dev/zero".as_ref()), Err(ReadError::Format { .. })));
+        assert!(matches!(ExrFile::read("/dev/zero".as_ref()), Err(ReadError::Format { .. })));
     }
 }
 
@@ -255,7 +254,7 @@ fn sizes_that_no_memory_holds_are_refused_before_they_are_read() {
     let place = bytes.windows(name.len()).position(|window| window == name).unwrap() + name.len();
     bytes[place + 8..place + 16].copy_from_slice(&[0xff, 0xff, 0xff, 0x1f, 0xff, 0xff, 0xff, 0x1f]);
     fs::write(&path, bytes).unwrap();
-    let error = read(&path).unwrap_err();
+    let error = ExrFile::read(&path).unwrap_err();
     assert!(matches!(error, ReadError::Memory { .. } | ReadError::Format { .. }), "{error}");
 }
 
@@ -268,13 +267,16 @@ fn a_truncated_or_damaged_file_never_passes_for_the_image_and_never_panics() {
     let bytes = fs::read(&path).unwrap();
     for length in (0..bytes.len()).step_by(bytes.len() / 97).chain([bytes.len() - 1]) {
         fs::write(&path, &bytes[..length]).unwrap();
-        assert!(matches!(read(&path), Err(ReadError::Format { .. })), "cut off after {length} bytes");
+        assert!(
+            matches!(ExrFile::read(&path), Err(ReadError::Format { .. })),
+            "cut off after {length} bytes"
+        );
     }
     // A flipped bit may go unnoticed in a pixel, but must not bring the program down.
     for place in (0..bytes.len()).step_by(bytes.len() / 199) {
         let mut damaged = bytes.clone();
         damaged[place] ^= 0x55;
         fs::write(&path, &damaged).unwrap();
-        let _ = read(&path);
+        let _ = ExrFile::read(&path);
     }
 }

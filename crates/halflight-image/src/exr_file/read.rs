@@ -1,4 +1,4 @@
-//! Reading, also of what other programs wrote.
+//! Reading of OpenEXR files of any program.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, ChannelDescription, IntegerBounds, SampleType, Text};
 use exr::meta::header::Header;
-use exr::prelude::{ReadChannels, ReadLayers};
+use exr::prelude::{AnyChannels, FlatSamples, Image, Layers, ReadChannels, ReadLayers};
 
 use super::{DEFAULT_LAYER, ExrFile, METADATA, RGB, Window, full_name};
 use crate::memory::{self, NotEnough};
 
-/// Reasons why an image file cannot be read.
+/// Reason why an image file or one of its layers cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -77,62 +77,75 @@ const OTHERS: [(&[u8], &str); 8] = [
     (b"BM", "a BMP picture"),
 ];
 
-/// Reads all channels of an image at full size, of whatever number format: scan lines or tiles, one part or several.
-///
-/// Parts whose data window differs from that of the part that is shown are left out.
-///
-/// # Errors
-/// The file cannot be opened, is no OpenEXR image, is cut off, or does not fit into memory.
-pub fn read(path: &Path) -> Result<ExrFile, ReadError> {
+impl ExrFile {
+    /// Reads all channels of an image at full size, of whatever number format: scan lines or tiles, one part or several.
+    ///
+    /// Parts whose data window differs from the data window of the part that is shown are left out.
+    ///
+    /// # Errors
+    /// The file cannot be opened, is no OpenEXR image, is cut off, or does not fit into memory.
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        let format = |message: String| ReadError::Format { path: path.to_owned(), message };
+        let bytes = load(path)?;
+        let fault = |error: exr::error::Error| match error {
+            exr::error::Error::NotSupported(_) => {
+                ReadError::Unsupported { path: path.to_owned(), message: error.to_string() }
+            }
+            other => format(other.to_string()),
+        };
+        let meta = MetaData::read_from_buffered(bytes.as_slice(), false).map_err(fault)?;
+        let sizes = meta.headers.iter().map(|header| (header.layer_size.x(), header.layer_size.y()));
+        let (width, height) = sizes.max().unwrap_or_default();
+        memory::check(format!("an image of {width}x{height} pixels"), needed(&meta))
+            .map_err(|source| ReadError::Memory { path: path.to_owned(), source })?;
+        let image = exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .all_layers()
+            .all_attributes()
+            .from_buffered(io::Cursor::new(bytes))
+            .map_err(fault)?;
+        let mut file = from_parts(image).map_err(format)?;
+        path.clone_into(&mut file.path);
+        Ok(file)
+    }
+}
+
+/// Returns the bytes of a file that begins as OpenEXR files do. Errors of the file system are told apart from faults of the
+/// format by reading the whole file first.
+fn load(path: &Path) -> Result<Vec<u8>, ReadError> {
     let open = |source| ReadError::Open { path: path.to_owned(), source };
-    let format = |message: String| ReadError::Format { path: path.to_owned(), message };
-    // Read as a whole first: the file system's own errors are told apart from faults of the format.
     let mut file = File::open(path).map_err(open)?;
     let mut bytes = Vec::new();
     // Endless devices are not read to their end.
     file.by_ref().take(MAGIC.len() as u64).read_to_end(&mut bytes).map_err(open)?;
     if bytes != MAGIC {
-        return Err(format(foreign(&bytes)));
+        return Err(ReadError::Format { path: path.to_owned(), message: foreign(&bytes) });
     }
-    let memory = |source| ReadError::Memory { path: path.to_owned(), source };
-    memory::check("the file", file.metadata().map_err(open)?.len()).map_err(memory)?;
+    memory::check("the file", file.metadata().map_err(open)?.len())
+        .map_err(|source| ReadError::Memory { path: path.to_owned(), source })?;
     file.read_to_end(&mut bytes).map_err(open)?;
-    let fault = |error: exr::error::Error| match error {
-        exr::error::Error::NotSupported(_) => {
-            ReadError::Unsupported { path: path.to_owned(), message: error.to_string() }
-        }
-        other => format(other.to_string()),
-    };
-    let meta = MetaData::read_from_buffered(bytes.as_slice(), false).map_err(fault)?;
-    let sizes = meta.headers.iter().map(|header| (header.layer_size.x(), header.layer_size.y()));
-    let (width, height) = sizes.max().unwrap_or_default();
-    memory::check(format!("an image of {width}x{height} pixels"), needed(&meta)).map_err(memory)?;
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .all_layers()
-        .all_attributes()
-        .from_buffered(io::Cursor::new(bytes))
-        .map_err(fault)?;
+    Ok(bytes)
+}
 
+/// Returns the channels of all parts that have the data window of the part that is shown.
+fn from_parts(image: Image<Layers<AnyChannels<FlatSamples>>>) -> Result<ExrFile, String> {
     let colours = |name: &str| RGB.contains(&name) || name == "Y";
     let main = image
         .layer_data
         .iter()
         .find(|part| part.channel_data.list.iter().any(|channel| colours(&channel.name.to_string())));
-    let main = main.or(image.layer_data.first());
-    let Some(main) = main else { return Err(format("it has no layers".to_owned())) };
+    let main = main.or(image.layer_data.first()).ok_or("it has no layers")?;
     let bounds = |position, size| window(IntegerBounds::new(position, size));
-    let shown = bounds(main.attributes.layer_position, main.size).map_err(format)?;
+    let shown = bounds(main.attributes.layer_position, main.size)?;
     let part_name =
         |part: &Option<Text>| part.as_ref().map_or_else(|| DEFAULT_LAYER.to_owned(), ToString::to_string);
     let mut file = ExrFile {
-        path: path.to_owned(),
         width: shown.width,
         height: shown.height,
         position: [shown.x, shown.y],
-        display: window(image.attributes.display_window).map_err(format)?,
+        display: window(image.attributes.display_window)?,
         shown_layer: part_name(&main.attributes.layer_name),
         ..ExrFile::default()
     };
@@ -160,7 +173,7 @@ pub fn read(path: &Path) -> Result<ExrFile, ReadError> {
     Ok(file)
 }
 
-/// Description of a file that does not begin as OpenEXR files do.
+/// Returns a description of a file that does not begin as OpenEXR files do.
 fn foreign(bytes: &[u8]) -> String {
     if bytes.is_empty() {
         return "it is empty".to_owned();
@@ -171,7 +184,7 @@ fn foreign(bytes: &[u8]) -> String {
     }
 }
 
-/// Bytes that all samples take, as they are decoded and as `f32`.
+/// Number of bytes that all samples take, as they are decoded and as `f32`.
 fn needed(meta: &MetaData) -> u64 {
     let bytes = |header: &Header| {
         let pixels = (header.layer_size.x() as u64).saturating_mul(header.layer_size.y() as u64);

@@ -1,4 +1,4 @@
-//! Writing.
+//! Writing of OpenEXR files.
 
 use std::io;
 use std::path::Path;
@@ -11,17 +11,21 @@ use halflight_metrics::{WriteError, write_file};
 
 use super::{ExrFile, METADATA};
 
+/// Name of the program in the header.
+const SOFTWARE: &str = concat!("halflight ", env!("CARGO_PKG_VERSION"));
+
 impl ExrFile {
-    /// Writes the image; see [`write_file`] for what `path` may be. Position and display window are not kept.
+    /// Writes the image to a file, a pipe or standard output; see [`write_file`] for what `path` may be. Position and display
+    /// window are not kept: the first pixel is (0, 0).
     ///
     /// # Errors
-    /// [`WriteError`] where a channel has the wrong size or the file cannot be written.
+    /// [`WriteError`] where a channel has not width · height values, or the file cannot be written.
     pub fn write(self, path: &Path) -> Result<(), WriteError> {
         let content = self.encode().map_err(|source| WriteError { path: path.to_owned(), source })?;
         write_file(path, &content)
     }
 
-    /// The file in memory.
+    /// Returns the file's bytes.
     fn encode(self) -> io::Result<Vec<u8>> {
         let pixels = self.width as usize * self.height as usize;
         let metadata = AttributeValue::Text(text(&ascii_json(&self.metadata))?);
@@ -33,7 +37,7 @@ impl ExrFile {
             }
             list.push(AnyChannel::new(text(&name)?, FlatSamples::F32(values)));
         }
-        let software_name = Some(text(crate::PROGRAM)?);
+        let software_name = Some(text(SOFTWARE)?);
         let mut attributes = LayerAttributes { software_name, ..LayerAttributes::default() };
         // One attribute: several would be written in random order, and equal images would not be equal files.
         attributes.other.insert(text(METADATA)?, metadata);
@@ -51,7 +55,7 @@ fn text(value: &str) -> io::Result<Text> {
         .ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, format!("{value:?} is not Latin-1 text")))
 }
 
-/// JSON in ASCII alone: whatever is beyond it can only lie in strings, where an escape means the same.
+/// Returns JSON in ASCII alone. Other characters can only lie in strings, where they are replaced by escapes.
 fn ascii_json(value: &serde_json::Value) -> String {
     let mut out = String::new();
     for character in value.to_string().chars() {

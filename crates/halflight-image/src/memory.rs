@@ -1,17 +1,14 @@
-//! Memory: how much of it can be had, refusals of what would take more, and an orderly end where it runs out.
+//! Bytes of memory that the process can still get, and refusals of what would take more.
 
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::fmt;
 use std::fs;
-use std::io::Write;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
 
-/// More memory would be needed than can be had.
+/// Error of something that needs more memory than the process can get.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{what} takes about {} of memory, and {} can be had", Bytes(*.needed), Bytes(*.available))]
 pub struct NotEnough {
-    /// Subject of the message.
+    /// Subject of the message, such as `an image of 640x480 pixels`.
     pub what: String,
     /// Bytes needed, estimated.
     pub needed: u64,
@@ -19,10 +16,10 @@ pub struct NotEnough {
     pub available: u64,
 }
 
-/// Refuses what needs more bytes than the system can give.
+/// Refuses what needs more bytes than the process can get. `what` is the subject of the error's message.
 ///
 /// # Errors
-/// [`NotEnough`]; never where the system does not say.
+/// [`NotEnough`] where `needed` is above [`available`]; none where the system does not tell.
 pub fn check(what: impl Into<String>, needed: u64) -> Result<(), NotEnough> {
     match available() {
         Some(available) if needed > available => Err(NotEnough { what: what.into(), needed, available }),
@@ -30,28 +27,28 @@ pub fn check(what: impl Into<String>, needed: u64) -> Result<(), NotEnough> {
     }
 }
 
-/// Bytes that this process can still get: the least of what the machine, its control groups and the limits of the process
-/// (`ulimit -v`, `ulimit -d`) leave. None where the system does not say.
+/// Returns the bytes that this process can still get: the least of what the machine, its control groups and the limits of
+/// the process (`ulimit -v`, `ulimit -d`) leave. `None` where the system does not tell, as on all systems but Linux.
 pub fn available() -> Option<u64> {
     let limits =
         [machine(), control_groups(), limit("Max address space", "VmSize"), limit("Max data size", "VmData")];
     limits.into_iter().flatten().min()
 }
 
-/// Free memory, caches that can be dropped, and swap.
+/// Returns free memory, caches that can be dropped, and swap.
 fn machine() -> Option<u64> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;
     Some(1024 * (number(&text, "MemAvailable:")? + number(&text, "SwapFree:").unwrap_or(0)))
 }
 
-/// A limit of the process without what it holds already, in kB under `held`.
+/// Returns a limit of the process less the bytes that it holds already, in kB under `held`.
 fn limit(name: &str, held: &str) -> Option<u64> {
     let limit = number(&fs::read_to_string("/proc/self/limits").ok()?, name)?;
     let status = fs::read_to_string("/proc/self/status").ok()?;
     Some(limit.saturating_sub(1024 * number(&status, &format!("{held}:"))?))
 }
 
-/// The least that the control groups of this process leave, of version 2 or 1.
+/// Returns the least that the control groups of this process leave, of version 2 or 1.
 fn control_groups() -> Option<u64> {
     let text = fs::read_to_string("/proc/self/cgroup").ok()?;
     let left = text.lines().filter_map(|line| {
@@ -74,7 +71,7 @@ fn control_groups() -> Option<u64> {
     left.min()
 }
 
-/// Bytes that a control group leaves: its limit without what is in use and cannot be dropped.
+/// Returns the bytes that a control group leaves: its limit less what is in use and cannot be dropped.
 fn left_in(folder: &Path, [limit, usage, cache]: [&str; 3]) -> Option<u64> {
     let read = |name: &str| fs::read_to_string(folder.join(name)).ok();
     let limit: u64 = read(limit)?.trim().parse().ok()?;
@@ -87,13 +84,13 @@ fn strip(path: &Path) -> &Path {
     path.strip_prefix("/").unwrap_or(path)
 }
 
-/// The number after `name` at the start of a line; none where there is another word.
+/// Returns the number after `name` at the start of a line; `None` where another word follows.
 fn number(text: &str, name: &str) -> Option<u64> {
     let mut lines = text.lines().filter_map(|line| line.strip_prefix(name));
     lines.find(|rest| rest.starts_with(char::is_whitespace))?.split_whitespace().next()?.parse().ok()
 }
 
-/// A number of bytes for people.
+/// Number of bytes, shown in MiB or GiB.
 struct Bytes(u64);
 
 impl fmt::Display for Bytes {
@@ -101,65 +98,6 @@ impl fmt::Display for Bytes {
         let mib = self.0 as f64 / f64::from(1 << 20);
         if mib < 1024.0 { write!(f, "{mib:.1} MiB") } else { write!(f, "{:.1} GiB", mib / 1024.0) }
     }
-}
-
-/// The system's allocator, which ends the program in words and with exit code 1 where no memory is left. Without it, Rust
-/// programs abort.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Allocator;
-
-// SAFETY: all calls are passed on to the system's allocator; where it has nothing, the program ends.
-unsafe impl GlobalAlloc for Allocator {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller's promises are those that `System` asks for; so below.
-        had(unsafe { System.alloc(layout) }, layout.size())
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: as in `alloc`.
-        had(unsafe { System.alloc_zeroed(layout) }, layout.size())
-    }
-
-    unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // SAFETY: as in `alloc`.
-        had(unsafe { System.realloc(block, layout, size) }, size)
-    }
-
-    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-        // SAFETY: as in `alloc`.
-        unsafe { System.dealloc(block, layout) }
-    }
-}
-
-fn had(block: *mut u8, bytes: usize) -> *mut u8 {
-    if block.is_null() {
-        end(bytes);
-    }
-    block
-}
-
-/// Ends the program without asking for memory, and without running what other threads may still be in.
-#[cold]
-fn end(bytes: usize) -> ! {
-    static SAID: AtomicBool = AtomicBool::new(false);
-    if !SAID.swap(true, Ordering::Relaxed) {
-        let mut text = [0; 200];
-        let mut rest = &mut text[..];
-        let _ = writeln!(
-            rest,
-            "error: out of memory: {bytes} bytes more cannot be had; a smaller image, fewer light samples or a smaller scene \
-             take less"
-        );
-        let unused = rest.len();
-        let _ = std::io::stderr().write_all(&text[..text.len() - unused]);
-    }
-    #[cfg(unix)]
-    // SAFETY: it has no conditions.
-    unsafe {
-        libc::_exit(1)
-    }
-    #[cfg(not(unix))]
-    std::process::exit(1)
 }
 
 #[cfg(test)]

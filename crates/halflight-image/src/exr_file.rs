@@ -1,9 +1,8 @@
-//! Images with all their layers in one OpenEXR file.
+//! OpenEXR files with all layers of a frame.
 //!
-//! Channels are named the way OpenEXR defines layers: `irradiance.R`, `depth.Z`. `R`, `G`, `B` without a layer's name are
-//! the default layer, which every program shows: in files of Halflight the radiance. All channels are written as 32-bit
-//! floats, losslessly compressed. What the image was made with is in the header, as a JSON object in the attribute
-//! [`METADATA`].
+//! Channels are named as OpenEXR defines layers: `irradiance.R`, `depth.Z`. `R`, `G`, `B` without a layer's name are the
+//! default layer, which every program shows: the radiance in files of Halflight. All channels are written as 32-bit floats,
+//! losslessly compressed. The header has the attribute [`METADATA`], a JSON object that tells how the image was made.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -12,7 +11,9 @@ use std::path::PathBuf;
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
 
-pub use read::{ReadError, read};
+use crate::picture;
+
+pub use read::ReadError;
 
 mod read;
 mod write;
@@ -29,7 +30,7 @@ pub const XYZ: [&str; 3] = ["X", "Y", "Z"];
 /// Name of the default layer, whose channels have no layer's name before theirs.
 pub const DEFAULT_LAYER: &str = "";
 
-/// A rectangle of pixels in the coordinates that all OpenEXR windows share; pixel (0, 0) need not be the first.
+/// Rectangle of pixels in the coordinates that all OpenEXR windows share; pixel (0, 0) need not be the first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Window {
     /// First column.
@@ -43,7 +44,7 @@ pub struct Window {
 }
 
 impl Window {
-    /// Tells whether all pixels of `other` lie in this window.
+    /// Returns whether all pixels of `other` lie in this window.
     pub fn contains(&self, other: &Self) -> bool {
         let within = |first: i64, size: u32, other_first: i64, other_size: u32| {
             first <= other_first && other_first + i64::from(other_size) <= first + i64::from(size)
@@ -59,10 +60,10 @@ impl fmt::Display for Window {
     }
 }
 
-/// An image of named channels, all of one size, rows from the top left.
+/// Image of named channels, all of one size. Each channel has width · height values, row by row from the top left.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExrFile {
-    /// Where it was read from; empty for one made in memory.
+    /// File that the image was read from; empty for one made in memory.
     pub path: PathBuf,
     /// Width in pixels.
     pub width: u32,
@@ -72,46 +73,47 @@ pub struct ExrFile {
     pub position: [i64; 2],
     /// Frame in which the image is shown. The data window may cover a part of it, or more.
     pub display: Window,
-    /// Values by full name, `irradiance.R`.
+    /// Values by full name, such as `irradiance.R`.
     pub channels: BTreeMap<String, Vec<f32>>,
-    /// Name of the layer that programs show which know no layers: [`DEFAULT_LAYER`], or that of the first part with
-    /// colours where channels of that name are missing.
+    /// Name of the layer that programs show which know no layers: [`DEFAULT_LAYER`], or the name of the first part with
+    /// colours where channels of the default layer are missing.
     pub shown_layer: String,
-    /// Parts of the file that were not read, since their data windows differ from the others'.
+    /// Names of the parts of the file that were not read, since their data windows differ from the others'.
     pub left_out: Vec<String>,
-    /// What the image was made with; null where the file does not say.
+    /// JSON object with the scene and configuration that made the image; null where the file has none.
     pub metadata: serde_json::Value,
 }
 
 impl ExrFile {
-    /// An image without channels.
+    /// Returns an image of `width` × `height` pixels without channels.
     pub fn new(width: u32, height: u32, metadata: serde_json::Value) -> Self {
         let display = Window { width, height, ..Window::default() };
         Self { width, height, display, metadata, ..Self::default() }
     }
 
-    /// Adds a layer of three channels ([`RGB`] or [`XYZ`]).
+    /// Adds a layer of three channels, named [`RGB`] or [`XYZ`]; `values` has one vector a pixel.
     pub fn add_vectors(&mut self, layer: &str, names: [&str; 3], values: &[Vec3]) {
         for (axis, name) in names.into_iter().enumerate() {
             self.channels.insert(full_name(layer, name), values.iter().map(|value| value[axis]).collect());
         }
     }
 
-    /// Adds a layer of one channel.
+    /// Adds a layer of one channel; `values` has one value a pixel.
     pub fn add_plane(&mut self, layer: &str, name: &str, values: Vec<f32>) {
         self.channels.insert(full_name(layer, name), values);
     }
 
-    /// Adds `irradiance` and `radiance` (albedo/π times irradiance, W/m²/sr), which is the default layer as well.
+    /// Adds the layers `irradiance` (W/m²) and `radiance` (albedo/π · irradiance, W/m²/sr). The radiance is the default layer
+    /// as well.
     pub fn add_light(&mut self, irradiance: &[Vec3], albedo: &[Vec3]) {
         self.add_vectors("irradiance", RGB, irradiance);
-        let radiance: Vec<Vec3> = crate::picture::radiance(irradiance, albedo);
+        let radiance = picture::radiance(irradiance, albedo);
         self.add_vectors("radiance", RGB, &radiance);
         self.add_vectors(DEFAULT_LAYER, RGB, &radiance);
     }
 
-    /// Adds what each pixel sees: `albedo`, `normal`, `position`, and `depth.Z`, which is infinite where nothing is
-    /// seen.
+    /// Adds the surface that each pixel sees: the layers `albedo` (0 … 1), `normal` (unit length, world space), `position`
+    /// (world space, m) and `depth.Z` (m), which is infinite where nothing is seen.
     pub fn add_geometry(&mut self, gbuffer: &GBuffer) {
         self.add_vectors("albedo", RGB, &gbuffer.albedo);
         self.add_vectors("normal", XYZ, &gbuffer.normal);
@@ -119,18 +121,18 @@ impl ExrFile {
         self.add_plane("depth", "Z", gbuffer.depth.clone());
     }
 
-    /// The values of a layer of three channels.
+    /// Returns the values of a layer of three channels, one vector a pixel.
     ///
     /// # Errors
-    /// [`ReadError::Layer`] where one of them is missing.
+    /// [`ReadError::Layer`] where one of the channels is missing.
     pub fn vectors(&self, layer: &str, names: [&str; 3]) -> Result<Vec<Vec3>, ReadError> {
         let [x, y, z] = names.map(|name| self.channels.get(&full_name(layer, name)));
         let (Some(x), Some(y), Some(z)) = (x, y, z) else { return Err(self.missing(layer, &names)) };
         Ok(x.iter().zip(y).zip(z).map(|((&x, &y), &z)| Vec3::new(x, y, z)).collect())
     }
 
-    /// The values of a layer of any kind as vectors: three channels `R`, `G`, `B` or `X`, `Y`, `Z`, or else a single
-    /// one, whose values all three take.
+    /// Returns the values of a layer of any kind, one vector a pixel: three channels `R`, `G`, `B` or `X`, `Y`, `Z`, or else
+    /// a single channel, whose value all three components take.
     ///
     /// # Errors
     /// [`ReadError::Layer`] where there is no such layer.
@@ -143,10 +145,10 @@ impl ExrFile {
         Ok(values.iter().map(|&value| Vec3::splat(value)).collect())
     }
 
-    /// The values of one channel.
+    /// Returns the values of one channel.
     ///
     /// # Errors
-    /// [`ReadError::Layer`] where it is missing.
+    /// [`ReadError::Layer`] where the channel is missing.
     pub fn plane(&self, layer: &str, name: &str) -> Result<&[f32], ReadError> {
         let values = self.channels.get(&full_name(layer, name));
         values.map(Vec::as_slice).ok_or_else(|| self.missing(layer, &[name]))
@@ -178,12 +180,12 @@ impl ExrFile {
     }
 }
 
-/// A layer's name in messages.
+/// Returns a layer's name for messages.
 pub fn layer_in_words(layer: &str) -> String {
     if layer == DEFAULT_LAYER { "default layer".to_owned() } else { format!("layer `{layer}`") }
 }
 
-/// A channel's name in a file.
+/// Returns a channel's name in a file.
 fn full_name(layer: &str, name: &str) -> String {
     if layer == DEFAULT_LAYER { name.to_owned() } else { format!("{layer}.{name}") }
 }
