@@ -7,7 +7,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
 use halflight_cpu::config::{Named, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 
-use crate::outputs::{HELP, Output};
+use crate::paths::{HELP, OutputPath};
 
 /// Soft shadows from area lights by multi-resolution screen-space fragments.
 #[derive(Debug, Parser)]
@@ -136,7 +136,7 @@ pub(crate) struct Render {
 
 impl Render {
     /// Options that ask for outputs, with the paths that are given.
-    pub(crate) fn outputs(&self) -> Vec<Output> {
+    pub(crate) fn outputs(&self) -> Vec<OutputPath> {
         let options = [
             ("--out", &self.out),
             ("--png", &self.png),

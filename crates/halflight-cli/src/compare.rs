@@ -9,7 +9,7 @@ use halflight_metrics::{CompareError, Comparison, Image, compare, is_standard_ou
 
 use crate::Outcome;
 use crate::args::Compare;
-use crate::outputs;
+use crate::paths;
 
 /// Bytes a pixel that the measures take.
 const MEASURES: u64 = 200;
@@ -20,7 +20,7 @@ pub(crate) fn run(args: &Compare) -> Outcome {
         return Err("--json and --error-map both write to standard output: give the map a file".into());
     }
     let output: Vec<_> = args.error_map.iter().map(|path| ("--error-map", path.clone())).collect();
-    outputs::check(&output, &[args.image.clone(), args.reference.clone()])?;
+    paths::check(&output, &[args.image.clone(), args.reference.clone()])?;
     let pair = Pair::read(args)?;
     let Window { width, height, .. } = pair.window;
     let what = format!("comparing images of {width}x{height} pixels");

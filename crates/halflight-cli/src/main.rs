@@ -1,16 +1,18 @@
 //! The `halflight` program: renders scenes, makes references, compares images.
 
+mod animate;
 mod args;
 mod compare;
 mod config;
-mod frames;
-#[cfg(feature = "gpu")]
-mod gpu;
 mod info;
-mod outputs;
+mod job;
+mod moment;
+mod output;
+mod paths;
 mod reference;
 mod render;
 mod scene;
+mod statistics;
 mod voxel_errors;
 
 use std::process::ExitCode;
@@ -51,7 +53,7 @@ fn run(command: Command) -> Outcome {
     };
     program::prepare(threads.map(usize::from))?;
     match command {
-        Command::Render(args) => render::run(*args),
+        Command::Render(args) => job::run(*args),
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),

@@ -3,7 +3,7 @@
 use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
 use halflight_cpu::voxel::VoxelConfig;
 use halflight_cpu::voxel::error_map::VoxelErrorCounts;
-use halflight_lab::voxel_errors::{Failures, OFF};
+use halflight_lab::reference::voxel_errors::{Failures, OFF};
 use serde::Serialize;
 
 /// Receivers that voxel marching gets wrong by more than the threshold, by cause, as they go into the statistics.

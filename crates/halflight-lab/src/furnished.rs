@@ -15,11 +15,10 @@ use halflight_cpu::refine::LatticeConfig;
 use halflight_metrics::{Image, nmse2, tone_map, write_file, write_png};
 use halflight_scene::SceneError;
 
-use crate::ablate::progress::Progress;
-use crate::ablate::provenance::Provenance;
-use crate::ablate::table::Table;
-use crate::ablate::{AblateError, error};
+use crate::error::{self, AblateError};
 use crate::reference::{ReferenceConfig, reference};
+use crate::results::{Provenance, Table};
+use crate::run::Progress;
 
 /// The error target that the program takes where none is given.
 const DEFAULT_TARGET: f32 = 1e-4;

@@ -1,11 +1,20 @@
-//! Research toolkit: references and experiments.
+//! Research toolkit: references, and experiments from a file to a report.
+//!
+//! Data of an experiment flow one way: [`experiment`] says what is varied, [`run`] renders and measures it, [`results`] are
+//! the rows, [`analysis`] compares rows, [`plot`] draws charts of them and [`report`] writes the page. Beside them stand the
+//! robustness suite, the exactness suite and the experiment on furnished scenes.
 
-pub mod ablate;
-mod culled;
+pub mod analysis;
+pub mod error;
 pub mod exactness;
+pub mod experiment;
 pub mod furnished;
+pub mod plot;
 pub mod program;
 pub mod reference;
+pub mod report;
+pub mod results;
 pub mod robustness;
-pub mod unlit;
-pub mod voxel_errors;
+pub mod run;
+
+pub use error::AblateError;

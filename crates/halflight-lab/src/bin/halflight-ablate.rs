@@ -7,15 +7,13 @@ use std::time::Instant;
 
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
-use halflight_lab::ablate::bundled::EXPERIMENTS;
-use halflight_lab::ablate::device::Device;
-use halflight_lab::ablate::progress::Progress;
-use halflight_lab::ablate::provenance::Provenance;
-use halflight_lab::ablate::run::{Places, run};
-use halflight_lab::ablate::{AblateError, Experiment, output};
+use halflight_lab::experiment::Experiment;
+use halflight_lab::experiment::bundled::EXPERIMENTS;
 use halflight_lab::program::Allocator;
 use halflight_lab::program::{self, message, say};
-use halflight_lab::{furnished, robustness};
+use halflight_lab::results::Provenance;
+use halflight_lab::run::{Device, Places, Progress, run};
+use halflight_lab::{AblateError, furnished, report, robustness};
 
 #[global_allocator]
 static ALLOCATOR: Allocator = Allocator;
@@ -112,7 +110,7 @@ fn ablate(arguments: &Arguments) -> Result<(), AblateError> {
     let provenance = Provenance::of_this_run(device.name());
     let command = command(arguments, &experiment.name);
     let outcome = run(&experiment, &places, &device, &provenance, |outcome| {
-        output::write(&experiment, outcome, &places, &command)
+        report::write(&experiment, outcome, &places.out, &command)
     })?;
     say(&format!(
         "{} rows in {:.0} s: {}",

@@ -10,12 +10,12 @@ use clap::Parser;
 use halflight_core::gbuffer::GBuffer;
 use halflight_cpu::bvh::Bvh;
 use halflight_cpu::gbuffer;
-use halflight_lab::ablate::provenance::Provenance;
 use halflight_lab::exactness::certificates::{self, Outcome};
 use halflight_lab::exactness::primary::{self, PrimaryAgreement};
 use halflight_lab::exactness::{self, ExactnessError, Record, SCENES, Settings};
 use halflight_lab::program::Allocator;
 use halflight_lab::program::{self, message, say};
+use halflight_lab::results::Provenance;
 use indicatif::{HumanCount, ProgressBar, ProgressStyle};
 
 #[global_allocator]

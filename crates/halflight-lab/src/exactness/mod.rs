@@ -26,7 +26,7 @@ use halflight_metrics::{WriteError, write_file};
 use halflight_scene::SceneError;
 use serde::Serialize;
 
-use crate::ablate::provenance::Provenance;
+use crate::results::Provenance;
 
 /// The scenes that are compared where none is named.
 pub const SCENES: [&str; 5] = ["atrium", "nave", "hairball", "tree", "soup"];

@@ -123,6 +123,16 @@ impl Verdict {
             _ => None,
         }
     }
+
+    /// Returns how bad the verdict is, to sort by: kind first, then times.
+    pub fn badness(&self) -> (u8, f64) {
+        match self {
+            Self::Pass => (0, 0.0),
+            &Self::Degraded(times) => (1, times),
+            &Self::Wrong(times) => (2, times),
+            Self::Broken(_) => (3, 0.0),
+        }
+    }
 }
 
 /// Looks for what must never be in a picture of this width.

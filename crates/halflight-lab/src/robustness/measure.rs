@@ -16,7 +16,7 @@ use halflight_cpu::unshadowed::unshadowed;
 use super::cases::Case;
 use super::judge::{self, Fault, Figure};
 use super::methods::Method;
-use crate::ablate::AblateError;
+use crate::error::AblateError;
 use crate::reference::{ReferenceConfig, reference};
 
 /// A scene and its BVH.

@@ -6,7 +6,7 @@ use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfi
 use halflight_cpu::irradiance::Shading;
 use itertools::iproduct;
 
-use crate::ablate::plan::word;
+use crate::experiment::plan::word;
 
 /// A combination of stages, each with its default constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,6 +121,12 @@ pub fn few() -> Vec<Method> {
         ..*method
     };
     all().into_iter().filter(|method| method.switches(&best(method)).len() <= 1).collect()
+}
+
+/// Returns switches as they are set: `visibility = bvh`.
+pub fn set(switches: &[Switch]) -> String {
+    let set = |switch: &Switch| format!("{} = {}", switch.stage, switch.to);
+    switches.iter().map(set).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]

@@ -21,8 +21,8 @@ use glam::Vec3;
 use halflight_cpu::config::{Named, VisibilityConfig};
 use rayon::prelude::*;
 
-use crate::ablate::progress::Progress;
-use crate::ablate::{AblateError, error};
+use crate::error::{self, AblateError};
+use crate::run::Progress;
 use cases::{Case, EASY};
 use judge::{Fault, Figure, Verdict, Yardsticks};
 use measure::Ready;
@@ -265,7 +265,7 @@ mod tests {
         assert_eq!(hidden.cells[0].verdict, Verdict::Pass);
         let failed = &hidden.cells[1];
         assert_eq!(
-            (failed.verdict.word(), output::switches(&failed.mends)),
+            (failed.verdict.word(), methods::set(&failed.mends)),
             ("fails", "visibility = bvh".to_string())
         );
         assert!(failed.why.contains("frustum"), "{}", failed.why);
@@ -288,9 +288,9 @@ mod tests {
         let well = Method { upsampler: UpsamplerConfig::Delaunay, ..ill };
         let better = Method { upsampler: UpsamplerConfig::RbfRobust, ..ill };
         let passing = [(every_pixel, 1e-6), (well, 3e-5), (better, 2e-5)];
-        assert_eq!(output::switches(&mends(&ill, &passing)), "upsampler = rbf-robust");
-        assert_eq!(output::switches(&mends(&ill, &passing[..2])), "upsampler = delaunay");
-        assert_eq!(output::switches(&mends(&ill, &passing[..1])), "refiner = full");
+        assert_eq!(methods::set(&mends(&ill, &passing)), "upsampler = rbf-robust");
+        assert_eq!(methods::set(&mends(&ill, &passing[..2])), "upsampler = delaunay");
+        assert_eq!(methods::set(&mends(&ill, &passing[..1])), "refiner = full");
         assert!(mends(&ill, &[]).is_empty());
     }
 

@@ -3,17 +3,15 @@
 use std::path::Path;
 
 use glam::Vec3;
+use halflight_image::picture;
 use halflight_metrics::{Image, tone_map, write_file, write_png};
 
 use super::cases::Case;
-use super::judge::Verdict;
 use super::measure::Ready;
-use super::methods::{Method, Switch};
+use super::methods::{self, Method};
 use super::{Cell, Row, page};
-use crate::ablate::provenance::Provenance;
-use crate::ablate::table::Table;
-use crate::ablate::{AblateError, error};
-use halflight_image::picture;
+use crate::error::{self, AblateError};
+use crate::results::{Provenance, Table};
 
 /// Pictures are enlarged to about so many pixels a side.
 const SHOWN: u32 = 192;
@@ -66,29 +64,13 @@ pub fn table(rows: &[Row], provenance: &Provenance) -> Table {
             cell.verdict.times().map_or(String::new(), |times| format!("{times:.1}")),
             number(Some(row.unshadowed)),
             cell.why.clone(),
-            switches(&cell.mends),
+            methods::set(&cell.mends),
             cell.picture.clone().unwrap_or_default(),
             provenance.commit.clone(),
             provenance.machine.clone(),
         ]
     };
     Table::new(columns, rows.iter().flat_map(|row| row.cells.iter().map(move |cell| line(row, cell))))
-}
-
-/// Switches as they are set: `visibility = bvh`.
-pub(super) fn switches(switches: &[Switch]) -> String {
-    let set = |switch: &Switch| format!("{} = {}", switch.stage, switch.to);
-    switches.iter().map(set).collect::<Vec<_>>().join(", ")
-}
-
-/// How bad a verdict is, for sorting.
-pub(super) fn badness(verdict: &Verdict) -> (u8, f64) {
-    match verdict {
-        Verdict::Pass => (0, 0.0),
-        &Verdict::Degraded(times) => (1, times),
-        &Verdict::Wrong(times) => (2, times),
-        Verdict::Broken(_) => (3, 0.0),
-    }
 }
 
 /// Writes the last picture, its reference and the error between them, side by side. Returns the file's name.

@@ -3,12 +3,10 @@
 use std::fmt::Write;
 
 use super::judge::{DEGRADED, FAILS, GRANTED, NOTHING, Verdict};
-use super::methods::Method;
-use super::output::{badness, switches};
+use super::methods::{Method, set};
 use super::{Cell, REFERENCE_SAMPLES, Row, TITLE};
-use crate::ablate::provenance::Provenance;
-use crate::ablate::report::STYLE;
-use crate::ablate::table::{Table, escape};
+use crate::report::{self, STYLE, escape};
+use crate::results::{Provenance, Table};
 
 const MATRIX: &str = include_str!("page.css");
 
@@ -47,14 +45,11 @@ pub(super) fn html(rows: &[Row], provenance: &Provenance, command: &str) -> Stri
     page += &matrix(rows);
     page += "<h2>Why, and what mends it</h2>\n<p>Methods that do not pass for the same reason. The switch was measured: with it \
              alone the method passes. Where every pixel is the only way, no other choice of one stage was enough.</p>\n";
-    page += &mended(rows).html().replace("<table>", "<table class=\"why\">");
+    page += &report::table(&mended(rows)).replace("<table>", "<table class=\"why\">");
     page += "<h2>Cases</h2>\n";
     let line = |row: &Row| [row.case.to_string(), row.title.to_string(), format!("{:.1e}", row.unshadowed)];
-    page += &Table::new(
-        ["case", "what there is to stumble over", "NMSE₂ without shadows"],
-        rows.iter().map(line),
-    )
-    .html();
+    let columns = ["case", "what there is to stumble over", "NMSE₂ without shadows"];
+    page += &report::table(&Table::new(columns, rows.iter().map(line)));
     page += "</body>\n</html>\n";
     page
 }
@@ -91,7 +86,7 @@ fn matrix(rows: &[Row]) -> String {
         }
         let bad = there().filter(|(_, cell)| cell.picture.is_some() && cell.verdict != Verdict::Pass);
         let worst = bad.max_by(|(_, a), (_, b)| {
-            let (a, b) = (badness(&a.verdict), badness(&b.verdict));
+            let (a, b) = (a.verdict.badness(), b.verdict.badness());
             a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
         });
         let link = worst.map_or(String::new(), |(row, cell)| {
@@ -118,7 +113,7 @@ fn cell(cell: &Cell) -> String {
         said += &format!(": {}", cell.why);
     }
     if !cell.mends.is_empty() {
-        said += &format!(". Mended by {}", switches(&cell.mends));
+        said += &format!(". Mended by {}", set(&cell.mends));
     }
     let text = match &cell.picture {
         Some(path) => format!("<a href=\"{}\">{text}</a>", escape(path)),

@@ -1,0 +1,167 @@
+//! Devices that render the rows of an experiment: the CPU, or a GPU.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use halflight_core::gbuffer::GBuffer;
+use halflight_core::scene::Scene;
+use halflight_core::stats::FrameStats;
+use halflight_cpu::bvh::Bvh;
+#[cfg(feature = "gpu")]
+use halflight_cpu::pipeline::Image;
+use halflight_cpu::pipeline::Pipeline;
+#[cfg(feature = "gpu")]
+use halflight_gpu::{Gpu, GpuError, Inputs, Renderer};
+use halflight_image::picture;
+
+use crate::error::AblateError;
+use crate::experiment::plan::Row;
+
+/// What renders rows.
+#[derive(Clone, Debug, Default)]
+pub enum Device {
+    /// The CPU.
+    #[default]
+    Cpu,
+    /// A GPU.
+    #[cfg(feature = "gpu")]
+    Gpu(Arc<Gpu>),
+}
+
+impl Device {
+    /// The names that [`Device::open`] knows.
+    pub const NAMES: &[&str] = if cfg!(feature = "gpu") { &["cpu", "gpu"] } else { &["cpu"] };
+
+    /// The device of a name.
+    ///
+    /// # Errors
+    /// There is none, or the program was built without it.
+    pub fn open(name: &str) -> Result<Self, AblateError> {
+        match name {
+            "cpu" => Ok(Self::Cpu),
+            #[cfg(feature = "gpu")]
+            "gpu" => Ok(Self::Gpu(Arc::new(Gpu::find()?))),
+            _ => Err(AblateError::Option("this program was built without that device: see --help")),
+        }
+    }
+
+    /// Its name in options and in `results.csv`: for a GPU, that of the adapter as well.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Cpu => "cpu".to_string(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => {
+                let info = gpu.adapter.get_info();
+                format!("gpu: {}, {}", info.name, info.backend)
+            }
+        }
+    }
+
+    /// Makes a row's renderer; none where this device has not got its stages.
+    ///
+    /// # Errors
+    /// The row cannot be rendered.
+    pub(super) fn machine(
+        &self,
+        row: &Row,
+        scene: &Arc<Scene>,
+        bvh: &Arc<Bvh>,
+    ) -> Result<Option<Machine>, AblateError> {
+        match self {
+            Self::Cpu => {
+                let builder = row.config.builder(Arc::clone(scene), Arc::clone(bvh));
+                let pipeline =
+                    builder.build().map_err(|source| AblateError::Pipeline { row: row.label(), source })?;
+                Ok(Some(Machine::Cpu(Box::new(pipeline))))
+            }
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => match Renderer::new(&gpu.device, &gpu.queue, scene, &row.config) {
+                Ok(renderer) => Ok(Some(Machine::Gpu(Box::new(OnGpu {
+                    gpu: Arc::clone(gpu),
+                    renderer,
+                    stats: FrameStats::default(),
+                    image: Image::default(),
+                })))),
+                Err(GpuError::Unsupported { .. }) => Ok(None),
+                Err(source) => Err(AblateError::Gpu(source)),
+            },
+        }
+    }
+}
+
+/// A row's renderer.
+pub(super) enum Machine {
+    Cpu(Box<Pipeline>),
+    #[cfg(feature = "gpu")]
+    Gpu(Box<OnGpu>),
+}
+
+/// A renderer on a device, and its last frame.
+#[cfg(feature = "gpu")]
+pub(super) struct OnGpu {
+    gpu: Arc<Gpu>,
+    renderer: Renderer,
+    stats: FrameStats,
+    image: Image,
+}
+
+impl Machine {
+    /// Renders frame 0 and returns its statistics: every repetition does the same work.
+    pub(super) fn render(&mut self, row: &Row) -> Result<FrameStats, AblateError> {
+        match self {
+            Self::Cpu(pipeline) => {
+                pipeline.set_frame_index(0);
+                let image = pipeline.render();
+                Ok(image.map_err(|source| AblateError::Pipeline { row: row.label(), source })?.stats.clone())
+            }
+            #[cfg(feature = "gpu")]
+            Self::Gpu(on) => {
+                let stats = on.gpu.render(&mut on.renderer, &Inputs::default())?;
+                if stats.lost > 0 {
+                    return Err(AblateError::Lost { row: row.label(), count: stats.lost });
+                }
+                on.stats = stats.frame;
+                Ok(on.stats.clone())
+            }
+        }
+    }
+
+    /// Reads back what the accessors below return.
+    pub(super) fn fetch(&mut self) -> Result<(), AblateError> {
+        match self {
+            Self::Cpu(_) => Ok(()),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(on) => {
+                (on.image, _) = on.gpu.download(&on.renderer)?;
+                Ok(())
+            }
+        }
+    }
+
+    /// Irradiance of the last frame.
+    pub(super) fn irradiance(&self) -> &[Vec3] {
+        match self {
+            Self::Cpu(pipeline) => &pipeline.image().irradiance,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(on) => &on.image.irradiance,
+        }
+    }
+
+    /// Statistics of the last frame.
+    pub(super) fn stats(&self) -> &FrameStats {
+        match self {
+            Self::Cpu(pipeline) => &pipeline.image().stats,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(on) => &on.stats,
+        }
+    }
+
+    /// The picture of its fragments.
+    pub(super) fn fragment_map(&self, gbuffer: &GBuffer) -> Vec<[u8; 3]> {
+        match self {
+            Self::Cpu(pipeline) => picture::fragment_map(pipeline.fragments(), gbuffer),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(on) => picture::level_map(&on.image.level, gbuffer),
+        }
+    }
+}
