@@ -11,7 +11,7 @@ use crate::Outcome;
 use crate::args::Compare;
 use crate::paths;
 
-/// Bytes a pixel that the measures take.
+/// Number of bytes a pixel that the measures take.
 const MEASURES: u64 = 200;
 
 pub(crate) fn run(args: &Compare) -> Outcome {
@@ -49,7 +49,7 @@ struct Pair {
     window: Window,
     image: Vec<Vec3>,
     reference: Vec<Vec3>,
-    /// The pixels that take part: those where the reference sees something, if it tells.
+    /// Pixels that take part: those where the reference sees something, if it has depths.
     mask: Option<Vec<bool>>,
     /// Account of it for people.
     words: String,
@@ -91,7 +91,7 @@ fn in_picture(error: CompareError, window: &Window) -> Box<dyn Error> {
     }
 }
 
-/// The layers to compare: those `asked` for, or the irradiance if both files have it, or those that all programs show.
+/// Returns the layers to compare: those `asked` for, or the irradiance if both files have it, or those that all programs show.
 fn layers<'a>(asked: Option<&'a str>, image: &'a ExrFile, reference: &'a ExrFile) -> [&'a str; 2] {
     const IRRADIANCE: &str = "irradiance";
     let both = [image, reference];
@@ -102,7 +102,7 @@ fn layers<'a>(asked: Option<&'a str>, image: &'a ExrFile, reference: &'a ExrFile
     }
 }
 
-/// The pixels that both files have: all, or those of the one whose data window lies inside the other's.
+/// Returns the pixels that both files have: all, or those of the one whose data window lies inside the other's.
 fn common_window(image: &ExrFile, reference: &ExrFile) -> Result<Window, Box<dyn Error>> {
     let [a, b] = [image, reference].map(ExrFile::window);
     if a == b {

@@ -2,12 +2,10 @@
 
 use std::path::Path;
 
-use halflight_core::gbuffer::GBuffer;
-use halflight_cpu::gbuffer;
 use halflight_image::ExrFile;
 use halflight_lab::program::say;
 use halflight_lab::reference::unlit::unlit;
-use halflight_lab::reference::{ReferenceConfig, reference};
+use halflight_lab::reference::{ReferenceConfig, reference, seen};
 use halflight_metrics::is_stream;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -46,8 +44,7 @@ pub(crate) fn run(args: &Reference) -> Outcome {
     bar.finish_and_clear();
     let result = result?;
 
-    let mut seen = GBuffer::default();
-    gbuffer::trace(&bvh, &scene, width, height, &mut seen);
+    let seen = seen(&scene, &bvh, [width, height]);
     let metadata = json!({
         "program": crate::PROGRAM,
         "commit": crate::COMMIT,

@@ -5,7 +5,6 @@
 //! robustness suite, the exactness suite and the experiment on furnished scenes.
 
 pub mod analysis;
-pub mod error;
 pub mod exactness;
 pub mod experiment;
 pub mod furnished;
@@ -16,5 +15,3 @@ pub mod report;
 pub mod results;
 pub mod robustness;
 pub mod run;
-
-pub use error::AblateError;

@@ -1,4 +1,4 @@
-//! Beginning, words and end of all programs: results go to standard output, everything else to standard error.
+//! Start, messages and errors of all programs: results go to standard output, everything else to standard error.
 
 use std::error::Error;
 use std::io::{self, Write};
@@ -49,7 +49,7 @@ pub fn say(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
 
-/// An error with its causes, as far as it does not name them itself.
+/// Returns an error with its causes, as far as it does not name them itself.
 pub fn message(error: &dyn Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();

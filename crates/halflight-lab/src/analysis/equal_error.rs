@@ -1,8 +1,10 @@
-//! What each method takes to reach the same error.
+//! Time that each method takes to reach the same error.
 //!
 //! A family is every row that differs in nothing but its knobs: constants, and number and placement of light samples. Its
 //! own front of time and error says how long it takes to reach an error; a geometric mean over scenes makes one figure of
 //! it, in which a factor counts the same in every scene.
+
+use itertools::Itertools as _;
 
 use super::format::{error, time};
 use super::pareto;
@@ -12,8 +14,8 @@ use crate::results::{Finished, Line, Record, Table};
 /// true one plus the reference's, a quarter of the target at this limit.
 const MARGIN: f64 = 4.0;
 
-/// The time at which points `(time, error)` reach a target: on their front, between two of its points as a power law, and
-/// never before its first. `None` where no point reaches it.
+/// Returns the time at which points `(time, error)` reach a target: on their front, between two of its points as a power law,
+/// and never before its first. `None` where no point reaches it.
 pub fn time_at(points: &[(f64, f64)], target: f64) -> Option<f64> {
     let front = pareto::front(points);
     let reached = front.iter().position(|&index| points[index].1 <= target)?;
@@ -25,7 +27,7 @@ pub fn time_at(points: &[(f64, f64)], target: f64) -> Option<f64> {
     Some(t0 * (t1 / t0).powf(share))
 }
 
-/// `None` of no values.
+/// Returns the geometric mean; `None` of no values.
 pub fn geometric_mean(values: &[f64]) -> Option<f64> {
     let sum: f64 = values.iter().map(|value| value.ln()).sum();
     (!values.is_empty()).then(|| (sum / values.len() as f64).exp())
@@ -42,31 +44,31 @@ pub struct Family {
     pub upsampler: String,
     /// Shading.
     pub shading: String,
-    /// Time in ms at which it reaches each target, scene by scene.
+    /// Time in ms at which the family reaches each target, scene by scene.
     pub times: Vec<Vec<Reached>>,
 }
 
-/// Whether and when a family reaches a target in a scene.
+/// Time at which a family reaches a target in a scene, or the reason why there is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reached {
-    /// In so many ms.
+    /// Milliseconds.
     In(f64),
-    /// No row of it does.
+    /// No row of the family does.
     Never,
-    /// It has no row there.
+    /// The family has no row there.
     NotRun,
     /// The reference is too noisy to tell.
     Untold,
 }
 
 impl Family {
-    /// Its name.
+    /// Returns the family's name.
     pub fn label(&self) -> String {
         let parts = [&self.refiner, &self.upsampler, &self.shading, &self.visibility];
-        parts.into_iter().filter(|part| !part.is_empty()).cloned().collect::<Vec<_>>().join(" · ")
+        parts.into_iter().filter(|part| !part.is_empty()).join(" · ")
     }
 
-    /// Geometric mean over all scenes that can tell; none where the target is not reached in one of them.
+    /// Returns the geometric mean over all scenes that can tell; `None` where the target is not reached in one of them.
     pub fn mean(&self, target: usize) -> Option<f64> {
         let told = self.times[target].iter().filter(|reached| **reached != Reached::Untold);
         let times = told.map(|reached| if let Reached::In(ms) = reached { Some(*ms) } else { None });
@@ -77,27 +79,17 @@ impl Family {
 /// Families against targets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
-    /// NMSE₂.
+    /// Targets, NMSE₂.
     pub targets: Vec<f64>,
-    /// The settings' slugs.
+    /// Slugs of the settings.
     pub scenes: Vec<String>,
-    /// In the order of their first rows.
+    /// Families in the order of their first rows.
     pub families: Vec<Family>,
 }
 
-/// All families, scenes in the order in which they occur.
+/// Returns all families, with scenes in the order in which they occur.
 pub fn summary(rows: &[Finished], targets: &[f64]) -> Summary {
-    let mut scenes: Vec<String> = Vec::new();
-    let mut keys: Vec<[&str; 4]> = Vec::new();
-    for row in rows {
-        if !scenes.contains(&row.setting) {
-            scenes.push(row.setting.clone());
-        }
-        let key = key(&row.record);
-        if !keys.contains(&key) {
-            keys.push(key);
-        }
-    }
+    let scenes: Vec<String> = rows.iter().map(|row| row.setting.clone()).unique().collect();
     let reached = |of: &[&str; 4], scene: &str, target: f64| {
         let here = || rows.iter().filter(|row| row.setting == scene);
         let noise = here().map(|row| row.record.reference_noise).fold(0.0, f64::max);
@@ -116,18 +108,18 @@ pub fn summary(rows: &[Finished], targets: &[f64]) -> Summary {
         let times = targets.iter().map(|&target| at(target)).collect();
         Family { refiner, visibility, upsampler, shading, times }
     };
-    let families = keys.iter().map(family).collect();
+    let families = rows.iter().map(|row| key(&row.record)).unique().map(|key| family(&key)).collect();
     Summary { targets: targets.to_vec(), families, scenes }
 }
 
-/// What tells families apart.
+/// Returns the choices that tell families apart.
 fn key(record: &Record) -> [&str; 4] {
     let upsampler = if record.refiner == "full" { "" } else { &record.upsampler };
     [&record.refiner, &record.visibility, upsampler, &record.shading]
 }
 
 impl Summary {
-    /// Families by mean time, the fastest first; then those that do not get there in every scene, by the number of scenes
+    /// Returns the families by mean time, the fastest first; then those that do not get there in every scene, by the number of scenes
     /// in which they do.
     pub fn ranking(&self, target: usize) -> Vec<&Family> {
         let mut families: Vec<&Family> = self.families.iter().collect();
@@ -141,20 +133,11 @@ impl Summary {
         families
     }
 
-    /// A line a target and family.
+    /// Returns a table with a line for each target and family.
     pub fn table(&self) -> Table {
-        let mut table = Table::new(
-            [
-                "NMSE₂",
-                "refiner",
-                "visibility",
-                "upsampler",
-                "shading",
-                "geometric mean, ms",
-                "times the fastest",
-            ],
-            [],
-        );
+        let stages = ["NMSE₂", "refiner", "visibility", "upsampler", "shading"];
+        let mut table = Table::new(stages, []);
+        table.columns.extend(["geometric mean, ms", "times the fastest"].map(str::to_string));
         table.columns.extend(self.scenes.iter().map(|scene| format!("{scene}, ms")));
         for (index, &target) in self.targets.iter().enumerate() {
             let ranking = self.ranking(index);
@@ -183,7 +166,7 @@ impl Summary {
         table
     }
 
-    /// Whether all scenes can tell: means over fewer of them are no points of the same line.
+    /// Returns whether all scenes can tell: means over fewer of them are no points of the same line.
     pub fn is_told_everywhere(&self, target: usize) -> bool {
         self.families.iter().all(|family| !family.times[target].contains(&Reached::Untold))
     }

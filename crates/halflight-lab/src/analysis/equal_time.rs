@@ -1,10 +1,10 @@
-//! What another backend makes of the same time (Wang17, Table 8).
+//! Errors of another backend in the same time (Wang17, Table 8).
 
 use super::format::{error, integer, time};
 use crate::results::{Finished, Table};
 
-/// The row of `visibility` in the same setting whose frame time is nearest, as a factor; of rows with the same time, the
-/// more accurate one.
+/// Returns the row of `visibility` in the same setting whose frame time is nearest, as a factor; the more accurate one of rows
+/// with equal time.
 pub fn rival<'a>(rows: &'a [Finished], row: &Finished, visibility: &str) -> Option<&'a Finished> {
     let distance = |other: &Finished| (other.record.total_ms / row.record.total_ms).ln().abs();
     let nearer = |a: &&Finished, b: &&Finished| {
@@ -15,7 +15,7 @@ pub fn rival<'a>(rows: &'a [Finished], row: &Finished, visibility: &str) -> Opti
     rivals.filter(|other| other.record.visibility == visibility).min_by(nearer)
 }
 
-/// Every row of another backend, beside its rival.
+/// Returns a table of every row of another backend, beside its rival.
 pub fn table(rows: &[Finished], visibility: &str) -> Table {
     let columns = [
         "row",

@@ -1,8 +1,8 @@
-//! Table of flicker.
+//! Tables of flicker.
 
 use crate::results::{Finished, Table};
 
-/// A line for each frame of each row.
+/// Returns a table with a line for each frame of each row.
 pub fn table(rows: &[Finished]) -> Table {
     let text = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.6e}"));
     let lines = rows.iter().flat_map(|row| {

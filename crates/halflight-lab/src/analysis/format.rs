@@ -1,6 +1,6 @@
 //! Figures as tables show them; nothing where there is no figure.
 
-/// Digits in groups of three.
+/// Returns digits in groups of three.
 pub fn integer(value: Option<u64>) -> String {
     let digits = value.map_or(String::new(), |value| value.to_string());
     let mut grouped = String::new();

@@ -1,14 +1,14 @@
-//! A paper's figures with ours below them.
+//! Figures of a paper with ours below them.
 
 use super::equal_time::rival;
 use super::format::{error, integer, time};
 use crate::experiment::{Paper, PaperRow};
 use crate::results::{Finished, Line, Table};
 
-/// A column: what the paper says in it, and what we do.
+/// Column with the paper's figures and ours.
 struct Column {
     title: &'static str,
-    /// Left out where the paper's rows have no figure for it.
+    /// Set to leave the column out where the paper's rows have no figure for it.
     optional: bool,
     theirs: fn(&Paper, &PaperRow) -> String,
     ours: fn(&Finished, &[Finished]) -> String,
@@ -30,7 +30,7 @@ const fn where_given(
     Column { title, optional: true, theirs, ours }
 }
 
-/// The paper's errors are against its own kind of reference.
+/// All columns. The paper's errors are against its own kind of reference.
 const COLUMNS: [Column; 17] = [
     always("row", |paper, row| format!("{}: {}", paper.source, row.label), |row, _| row.label.clone()),
     always("scene", |_, _| String::new(), |row, _| row.record.scene.clone()),
@@ -75,7 +75,7 @@ const COLUMNS: [Column; 17] = [
     ),
 ];
 
-/// The paper's rows, each followed by those of ours that stand for it.
+/// Returns the paper's rows, each followed by those of ours that stand for it.
 pub fn table(paper: &Paper, rows: &[Finished]) -> Table {
     let given = |column: &Column| paper.rows.iter().any(|theirs| !(column.theirs)(paper, theirs).is_empty());
     let columns: Vec<Column> =
@@ -106,7 +106,7 @@ fn stands_for(row: &Finished, theirs: &PaperRow) -> bool {
         && theirs.light_scale.is_none_or(|scale| scale == record.light_scale)
 }
 
-/// Percent of a whole, if that was counted.
+/// Returns percent of a whole, if that was counted.
 fn share(part: u64, whole: u64) -> Option<f64> {
     (part > 0 && whole > 0).then(|| 100.0 * part as f64 / whole as f64)
 }

@@ -1,6 +1,6 @@
-//! Which rows are beaten by none.
+//! Pareto fronts: points that no other beats.
 
-/// Indices of the points that no other point beats, by ascending `x`. Smaller is better in both coordinates; a point is
+/// Returns the indices of the points that no other point beats, by ascending `x`. Smaller is better in both coordinates; a point is
 /// beaten by one that is nowhere worse and somewhere better, so equal points stay together. Points that are not finite
 /// never take part.
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {

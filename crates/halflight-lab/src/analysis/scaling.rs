@@ -1,21 +1,22 @@
-//! How time grows: lines in a chart, and the exponents of power laws fitted to them.
+//! Growth of time: rows that differ in one quantity, and the exponents of power laws fitted to them.
 
-use std::collections::BTreeSet;
+use indexmap::IndexMap;
+use itertools::Itertools as _;
 
 use crate::experiment::Axis;
 use crate::results::{Finished, Record, Table};
 
-/// A power law `y = c · x^exponent` through points.
+/// Power law `y = c · x^exponent` through points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PowerLaw {
-    /// The slope of the least-squares line in log–log space.
+    /// Slope of the least-squares line in log–log space.
     pub exponent: f64,
-    /// Its standard error; none of two points.
+    /// Standard error of the slope; `None` of two points.
     pub error: Option<f64>,
 }
 
 impl PowerLaw {
-    /// The one that fits best, by least squares of `ln y` over `ln x`; points that are not positive have no logarithm and
+    /// Fits a power law by least squares of `ln y` over `ln x`; points that are not positive have no logarithm and
     /// are left out. `None` where fewer than two different x are left.
     pub fn fit(points: &[(f64, f64)]) -> Option<Self> {
         let logarithms = points.iter().map(|&(x, y)| (x.ln(), y.ln()));
@@ -48,7 +49,7 @@ impl PowerLaw {
 }
 
 impl Axis {
-    /// Name of the quantity.
+    /// Returns the name of the quantity.
     pub fn quantity(self) -> &'static str {
         match self {
             Self::Samples => "light samples",
@@ -57,7 +58,7 @@ impl Axis {
         }
     }
 
-    /// Its value in a row.
+    /// Returns the value in a row.
     pub fn of(self, record: &Record) -> f64 {
         match self {
             Self::Samples => f64::from(record.samples),
@@ -66,7 +67,7 @@ impl Axis {
         }
     }
 
-    /// All that rows of one line have in common: backend, scene, and the rest, with nothing for the axis itself.
+    /// Returns all that rows of one line have in common: backend, scene, and the rest, with nothing for the axis itself.
     fn common(self, record: &Record) -> Common {
         let unless = |axis: Self, words: String| if self == axis { String::new() } else { words };
         let scene = if self == Self::Triangles { record.scene_name() } else { &record.scene };
@@ -93,32 +94,27 @@ pub struct Growth {
     pub visibility: String,
     /// Scene, without the parameter that varies.
     pub scene: String,
-    /// What else tells it from the others.
+    /// Other choices that tell the line from the others.
     pub rest: String,
-    /// Amount and milliseconds of the visibility stage.
+    /// Values of the axis, and milliseconds of the visibility stage.
     pub points: Vec<(f64, f64)>,
-    /// The fit.
+    /// Power law through the points.
     pub law: Option<PowerLaw>,
 }
 
-/// The lines of all rows, in the order of their first rows.
+/// Returns the lines of all rows, in the order of their first rows.
 pub fn lines(rows: &[Finished], axis: Axis) -> Vec<Growth> {
-    let mut groups: Vec<(Common, Vec<(f64, f64)>)> = Vec::new();
-    for row in rows {
-        let (common, point) = (axis.common(&row.record), (axis.of(&row.record), row.record.visibility_ms));
-        match groups.iter_mut().find(|(known, _)| *known == common) {
-            Some((_, points)) => points.push(point),
-            None => groups.push((common, vec![point])),
-        }
+    let mut groups: IndexMap<Common, Vec<(f64, f64)>> = IndexMap::new();
+    for Finished { record, .. } in rows {
+        groups.entry(axis.common(record)).or_default().push((axis.of(record), record.visibility_ms));
     }
-    let varies: [bool; 9] = std::array::from_fn(|part| {
-        groups.iter().map(|(common, _)| &common[part]).collect::<BTreeSet<_>>().len() > 1
-    });
+    let varies: [bool; 9] =
+        std::array::from_fn(|part| !groups.keys().map(|common| &common[part]).all_equal());
     let line = |(common, mut points): (Common, Vec<(f64, f64)>)| {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         let rest = common.iter().zip(&varies).skip(2).filter(|(part, varies)| **varies && !part.is_empty());
         Growth {
-            rest: rest.map(|(part, _)| part.as_str()).collect::<Vec<_>>().join(", "),
+            rest: rest.map(|(part, _)| part).join(", "),
             law: PowerLaw::fit(&points),
             points,
             visibility: common[0].clone(),
@@ -128,23 +124,19 @@ pub fn lines(rows: &[Finished], axis: Axis) -> Vec<Growth> {
     groups.into_iter().map(line).collect()
 }
 
-/// The slopes, a line each.
+/// Returns a table of the slopes.
 pub fn table(lines: &[Growth], axis: Axis) -> Table {
     let columns = ["visibility", "scene", "rest", "axis", "from", "to", "points", "slope", "standard error"];
-    let ends = |line: &Growth| {
-        let end = |point: Option<&(f64, f64)>| point.map_or(String::new(), |point| point.0.to_string());
-        (end(line.points.first()), end(line.points.last()))
-    };
+    let end = |point: Option<&(f64, f64)>| point.map_or(String::new(), |point| point.0.to_string());
+    let number = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.4}"));
     let cells = lines.iter().map(|line| {
-        let (from, to) = ends(line);
-        let number = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.4}"));
         [
             line.visibility.clone(),
             line.scene.clone(),
             line.rest.clone(),
             axis.quantity().to_string(),
-            from,
-            to,
+            end(line.points.first()),
+            end(line.points.last()),
             line.points.len().to_string(),
             number(line.law.map(|law| law.exponent)),
             number(line.law.and_then(|law| law.error)),

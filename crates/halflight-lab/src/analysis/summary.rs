@@ -1,13 +1,16 @@
-//! What the rows of a setting say, in words.
+//! Summaries of the rows of a setting in words.
+
+use indexmap::IndexMap;
+use itertools::Itertools as _;
 
 use super::pareto;
-use crate::results::Finished;
 use crate::results::record::NOISE_MARGIN;
+use crate::results::{Finished, Record};
 
-/// The accuracy that a picture should reach.
+/// NMSE₂ that a picture should reach.
 const GOAL: f64 = 4e-4;
 
-/// A few sentences about one setting.
+/// Returns a few sentences about one setting.
 pub fn sentences(rows: &[&Finished]) -> Vec<String> {
     let mut sentences = Vec::new();
     sentences.push(front(
@@ -45,13 +48,11 @@ fn front(
         let row = rows[index];
         format!("{} ({}, {:.2e})", row.label, words(row), row.record.nmse2)
     });
-    format!(
-        "On the Pareto front of {what} and NMSE₂, from cheap to accurate: {}.",
-        members.collect::<Vec<_>>().join("; ")
-    )
+    let members = members.into_iter().join("; ");
+    format!("On the Pareto front of {what} and NMSE₂, from cheap to accurate: {members}.")
 }
 
-/// Who reaches the goal for least time and fewest rays, beside Monte Carlo with as many samples.
+/// Returns which rows reach the goal in least time and with fewest rays, beside Monte Carlo with the most samples.
 fn goal(rows: &[&Finished]) -> Vec<String> {
     let full = rows.iter().filter(|row| row.record.refiner == "full" && row.record.visibility == "bvh");
     let full = full.max_by_key(|row| row.record.samples);
@@ -59,16 +60,12 @@ fn goal(rows: &[&Finished]) -> Vec<String> {
         rows.iter().filter(|row| row.record.refiner != "full" && row.record.nmse2 <= GOAL).collect();
     let Some(fastest) = reached.iter().min_by(|a, b| a.record.total_ms.total_cmp(&b.record.total_ms)) else {
         let best = rows.iter().filter(|row| row.record.refiner != "full");
-        return best
-            .min_by(|a, b| a.record.nmse2.total_cmp(&b.record.nmse2))
-            .map(|best| {
-                format!(
-                    "No refiner reaches NMSE₂ ≤ {GOAL:.0e}; the closest is {} with {:.2e}.",
-                    best.label, best.record.nmse2
-                )
-            })
-            .into_iter()
-            .collect();
+        let best = best.min_by(|a, b| a.record.nmse2.total_cmp(&b.record.nmse2));
+        let words = |best: &&Finished| {
+            let (label, nmse2) = (&best.label, best.record.nmse2);
+            format!("No refiner reaches NMSE₂ ≤ {GOAL:.0e}; the closest is {label} with {nmse2:.2e}.")
+        };
+        return best.map(words).into_iter().collect();
     };
     let share = |row: &Finished| match full {
         Some(full) if full.record.rays > 0 => {
@@ -81,60 +78,34 @@ fn goal(rows: &[&Finished]) -> Vec<String> {
         }
         _ => String::new(),
     };
-    let mut sentences = vec![format!(
-        "The fastest refiner with NMSE₂ ≤ {GOAL:.0e} is {}: {:.1} ms, {}{}.",
-        fastest.label,
-        fastest.record.total_ms,
-        rays(fastest),
-        share(fastest)
-    )];
+    let told = |row: &Finished| {
+        format!("{}: {:.1} ms, {}{}.", row.label, row.record.total_ms, rays(row), share(row))
+    };
+    let mut sentences = vec![format!("The fastest refiner with NMSE₂ ≤ {GOAL:.0e} is {}", told(fastest))];
     if let Some(fewest) = reached.iter().min_by_key(|row| row.record.rays)
         && fewest.record.rays < fastest.record.rays
     {
-        sentences.push(format!(
-            "The one with the fewest rays is {}: {:.1} ms, {}{}.",
-            fewest.label,
-            fewest.record.total_ms,
-            rays(fewest),
-            share(fewest)
-        ));
+        sentences.push(format!("The one with the fewest rays is {}", told(fewest)));
     }
     sentences
 }
 
-/// The most accurate upsampler for each set of fragments that was given to several.
+/// Returns the upsamplers by accuracy for each set of fragments that was given to several.
 fn upsamplers(rows: &[&Finished]) -> Vec<String> {
-    let mut found: Vec<String> = Vec::new();
-    let mut done: Vec<(&str, &str)> = Vec::new();
+    let mut groups: IndexMap<(&str, &str), Vec<&Record>> = IndexMap::new();
     for row in rows {
-        let group = (row.fragments.as_str(), row.record.shading.as_str());
-        if done.contains(&group) {
-            continue;
-        }
-        done.push(group);
-        let mut same: Vec<&&Finished> = rows
-            .iter()
-            .filter(|other| (other.fragments.as_str(), other.record.shading.as_str()) == group)
-            .collect();
-        if same.len() < 2 {
-            continue;
-        }
-        same.sort_by(|a, b| a.record.nmse2.total_cmp(&b.record.nmse2));
-        let order: Vec<String> =
-            same.iter().map(|row| format!("{} {:.2e}", row.record.upsampler, row.record.nmse2)).collect();
-        let parameters = if row.record.parameters.is_empty() {
-            String::new()
-        } else {
-            format!(" ({})", row.record.parameters)
-        };
-        let refiner = &row.record.refiner;
-        found.push(format!(
-            "Upsamplers on the fragments of {refiner}{parameters}, {}, by NMSE₂: {}.",
-            group.1,
-            order.join(" < ")
-        ));
+        groups.entry((&row.fragments, &row.record.shading)).or_default().push(&row.record);
     }
-    found
+    let sentence = |((_, shading), mut same): ((&str, &str), Vec<&Record>)| {
+        let Record { refiner, parameters, .. } = same[0];
+        let parameters = if parameters.is_empty() { String::new() } else { format!(" ({parameters})") };
+        same.sort_by(|a, b| a.nmse2.total_cmp(&b.nmse2));
+        let order = same
+            .iter()
+            .format_with(" < ", |record, f| f(&format_args!("{} {:.2e}", record.upsampler, record.nmse2)));
+        format!("Upsamplers on the fragments of {refiner}{parameters}, {shading}, by NMSE₂: {order}.")
+    };
+    groups.into_iter().filter(|(_, same)| same.len() > 1).map(sentence).collect()
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Errors against one constant of a backend.
 
+use indexmap::IndexMap;
+
 use crate::experiment::parameter;
 use crate::results::Finished;
 
@@ -11,18 +13,18 @@ pub struct Curve<'a> {
     pub points: Vec<(f64, &'a Finished)>,
 }
 
-/// Curves of the rows of a setting, in the order of their first rows; those of one row are left out.
+/// Returns the curves of the rows of a setting, in the order of their first rows; those of one row are left out.
 pub fn curves<'a>(rows: &[&'a Finished], constant: &str) -> Vec<Curve<'a>> {
-    let mut curves: Vec<Curve> = Vec::new();
-    for row in rows {
+    let mut found: IndexMap<String, Vec<(f64, &Finished)>> = IndexMap::new();
+    for &row in rows {
         let Some((value, rest)) = parameter(&row.record.parameters, constant) else { continue };
         let name = format!("{} {rest}", row.record.visibility).trim_end().to_string();
-        match curves.iter_mut().find(|curve| curve.name == name) {
-            Some(curve) => curve.points.push((value, row)),
-            None => curves.push(Curve { name, points: vec![(value, row)] }),
-        }
+        found.entry(name).or_default().push((value, row));
     }
-    curves.retain(|curve| curve.points.len() > 1);
-    curves.iter_mut().for_each(|curve| curve.points.sort_by(|a, b| a.0.total_cmp(&b.0)));
-    curves
+    let several = found.into_iter().filter(|(_, points)| points.len() > 1);
+    let curve = |(name, mut points): (String, Vec<(f64, &'a Finished)>)| {
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Curve { name, points }
+    };
+    several.map(curve).collect()
 }

@@ -1,4 +1,4 @@
-//! The experiments that come with the program.
+//! Experiments that come with the program.
 
 macro_rules! experiments {
     ($($name:literal),* $(,)?) => {
@@ -6,7 +6,7 @@ macro_rules! experiments {
     };
 }
 
-/// Names and texts.
+/// Names and texts of all bundled experiments.
 pub const EXPERIMENTS: &[(&str, &str)] = experiments![
     "default",
     "flicker",
@@ -38,7 +38,7 @@ pub const EXPERIMENTS: &[(&str, &str)] = experiments![
     "wang-table8",
 ];
 
-/// The text of an experiment.
+/// Returns the text of a bundled experiment.
 pub fn text(name: &str) -> Option<&'static str> {
     EXPERIMENTS.iter().find(|(known, _)| *known == name).map(|&(_, text)| text)
 }

@@ -1,14 +1,15 @@
 //! Constants of refiners and backends, as experiment files write them.
 
 use halflight_cpu::config::Named;
+use itertools::Itertools as _;
 use serde_json::Value;
 
-/// A stage with its constants, and those that were set, as text for tables.
+/// Stage with its constants, and the constants that were set, as text for tables.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Choice<T> {
-    /// The stage.
+    /// Configuration of the stage.
     pub(super) stage: T,
-    /// `constant=value` of those that the file sets, separated by `;`.
+    /// `constant=value` of the constants that the file sets, separated by `;`.
     pub(super) parameters: String,
 }
 
@@ -32,29 +33,33 @@ pub(super) fn expand<T: Named>(table: &toml::Table) -> Result<Vec<Choice<T>>, St
     let mut axes = Vec::new();
     let name = format!("{stage} `{name}`");
     flatten(&name, table, "", &default, &mut axes)?;
-    let mut choices = vec![(default, Vec::new())];
-    for (path, values) in &axes {
-        let mut grown = Vec::new();
-        for (config, said) in &choices {
-            for value in values {
-                let mut config = config.clone();
-                if let Some(place) = config.pointer_mut(path) {
-                    *place = value.clone();
-                }
-                let mut said = said.clone();
-                said.push(format!("{}={value}", path[1..].replace('/', ".")));
-                grown.push((config, said));
+    if axes.is_empty() {
+        let stage = serde_json::from_value(default).map_err(|fault| format!("{name}: {fault}"))?;
+        return Ok(vec![Choice { stage, parameters: String::new() }]);
+    }
+    let settings = axes.iter().map(|(path, values)| values.iter().map(move |value| (path.as_str(), value)));
+    let choice = |settings: Vec<(&str, &Value)>| {
+        let said = |(path, value): &(&str, &Value)| format!("{}={value}", path[1..].replace('/', "."));
+        let parameters = settings.iter().map(said).join(";");
+        let mut config = default.clone();
+        for (path, value) in settings {
+            if let Some(place) = config.pointer_mut(path) {
+                *place = value.clone();
             }
         }
-        choices = grown;
-    }
-    let choice = |(config, said): (Value, Vec<String>)| {
-        let parameters = said.join(";");
         let stage =
             serde_json::from_value(config).map_err(|fault| format!("{name} with {parameters}: {fault}"))?;
         Ok(Choice { stage, parameters })
     };
-    choices.into_iter().map(choice).collect()
+    settings.multi_cartesian_product().map(choice).collect()
+}
+
+/// Expands all tables of a list.
+///
+/// # Errors
+/// As [`expand`].
+pub(super) fn expand_all<T: Named>(tables: &[toml::Table]) -> Result<Vec<Choice<T>>, String> {
+    tables.iter().map(expand).flatten_ok().collect()
 }
 
 /// Lists the constants that `table` sets, as JSON pointers, with their values.
@@ -103,7 +108,8 @@ fn known(default: &Value, prefix: &str) -> String {
     }
 }
 
-/// What a row's parameters set the constant to, if they do so and to a number, and the rest of them.
+/// Returns the value of a constant in a row's parameters and the parameters without it; `None` where they do not set it to a
+/// number.
 pub fn parameter(parameters: &str, constant: &str) -> Option<(f64, String)> {
     let (mine, others): (Vec<&str>, Vec<&str>) = parameters
         .split(';')

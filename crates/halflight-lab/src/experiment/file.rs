@@ -2,44 +2,42 @@
 
 use std::path::Path;
 
+use anyhow::{Result, anyhow, bail};
+
 use super::schema::Experiment;
 use super::{bundled, check};
-use crate::error::{self, AblateError};
 
 impl Experiment {
-    /// Reads an experiment; `file` is what errors call it and, without folder and ending, its name.
+    /// Reads an experiment. `file` is its name in errors and, without folder and ending, the experiment's name.
     ///
     /// # Errors
     /// Text that is not TOML, keys that are unknown or missing, values out of range; each with its place.
-    pub fn parse(text: &str, file: &str) -> Result<Self, AblateError> {
+    pub fn parse(text: &str, file: &str) -> Result<Self> {
         let mut experiment: Self = toml::from_str(text).map_err(|fault| {
             let line = fault.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
-            AblateError::Experiment {
-                file: format!("{file}, line {line}"),
-                message: fault.message().lines().collect::<Vec<_>>().join(", "),
-            }
+            anyhow!("{file}, line {line}: {}", fault.message().lines().collect::<Vec<_>>().join(", "))
         })?;
         experiment.name = Path::new(file).file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        check::check(&experiment)
-            .map_err(|message| AblateError::Experiment { file: file.to_string(), message })?;
+        check::check(&experiment).map_err(|message| anyhow!("{file}: {message}"))?;
         Ok(experiment)
     }
 
-    /// The bundled experiment of this name, or else the file at this path.
+    /// Reads the bundled experiment of a name, or else the file at a path.
     ///
     /// # Errors
     /// There is neither, the file cannot be read, or it does not parse.
-    pub fn resolve(name: &str) -> Result<Self, AblateError> {
+    pub fn resolve(name: &str) -> Result<Self> {
         if let Some(text) = bundled::text(name) {
             return Self::parse(text, &format!("{name}.toml"));
         }
-        let path = Path::new(name);
-        if !path.is_file() {
-            let bundled = bundled::EXPERIMENTS.iter().map(|&(name, _)| name).collect();
-            return Err(AblateError::Unknown { name: name.to_string(), bundled });
+        if !Path::new(name).is_file() {
+            let bundled: Vec<&str> = bundled::EXPERIMENTS.iter().map(|&(name, _)| name).collect();
+            bail!(
+                "there is no experiment `{name}`; bundled are {}, or give the path of a .toml file",
+                bundled.join(", ")
+            );
         }
-        let text = std::fs::read_to_string(path).map_err(error::at(path))?;
-        Self::parse(&text, name)
+        Self::parse(&fs_err::read_to_string(name)?, name)
     }
 }
 

@@ -1,20 +1,20 @@
-//! From an experiment to the rows of its table.
+//! Settings and rows of an experiment.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use anyhow::{Result, anyhow};
 use halflight_core::frame::LightSampling;
 use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
 use halflight_cpu::irradiance::Shading;
-use itertools::iproduct;
+use itertools::{Itertools as _, iproduct};
 use serde::Serialize;
 
 use super::constants;
-use super::schema::{Experiment, Grid, ReferenceChoice, SceneChoice};
-use crate::error::AblateError;
+use super::schema::{Experiment, ReferenceChoice, SceneChoice};
 use crate::reference::ReferenceConfig;
 
-/// A scene under a light at a size: what has a reference of its own.
+/// Scene under a light at an image size, with a reference of its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
     /// Index of the scene in the experiment.
@@ -23,25 +23,25 @@ pub struct Setting {
     pub light_scale: f32,
     /// Image width and height, pixels.
     pub size: [u32; 2],
-    /// Name for titles, without the folders of a path.
+    /// Name in titles, without the folders of a path.
     pub label: String,
-    /// Name for files.
+    /// Name in file names.
     pub slug: String,
 }
 
-/// A pipeline; it is rendered in every setting but those of excepted scenes.
+/// Pipeline that is rendered in every setting but those of excepted scenes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// The pipeline.
+    /// Configuration of the pipeline.
     pub config: PipelineConfig,
     /// Constants that the experiment sets.
     pub parameters: String,
-    /// Names of scenes in which it is not rendered.
+    /// Names of scenes in which the row is not rendered.
     pub except: Vec<String>,
 }
 
 impl Experiment {
-    /// What the reference of a setting is.
+    /// Returns the configuration of a setting's reference.
     pub fn reference_of(&self, setting: &Setting) -> ReferenceConfig {
         let [width, height] = setting.size;
         let own = self.scenes.get(setting.scene).and_then(|choice| choice.reference_samples);
@@ -50,7 +50,7 @@ impl Experiment {
     }
 }
 
-/// All settings of an experiment, scene by scene.
+/// Returns all settings of an experiment, scene by scene.
 pub fn settings(experiment: &Experiment) -> Vec<Setting> {
     let mut settings = Vec::new();
     for (scene, choice) in experiment.scenes.iter().enumerate() {
@@ -69,7 +69,7 @@ pub fn settings(experiment: &Experiment) -> Vec<Setting> {
     settings
 }
 
-/// A scene's name in tables: what a path ends in, and the parameters that were changed.
+/// Returns a scene's name in tables: the last part of a path, and the parameters that were changed.
 pub fn scene_label(choice: &SceneChoice) -> String {
     let mut label = Path::new(&choice.name)
         .file_stem()
@@ -80,19 +80,21 @@ pub fn scene_label(choice: &SceneChoice) -> String {
     label
 }
 
-/// All pipelines of an experiment, grid by grid, at its first size.
+/// Returns all pipelines of an experiment, grid by grid, at its first size.
 ///
 /// # Errors
-/// What a grid says wrong; a pipeline that occurs twice.
+/// A stage or constant that is unknown or out of range; a pipeline that occurs twice.
 pub fn rows(experiment: &Experiment) -> Result<Vec<Row>, String> {
     let mut rows = Vec::new();
     let mut seen = BTreeSet::new();
     let [width, height] = experiment.sizes.first().copied().unwrap_or_default();
     for (number, grid) in (1..).zip(&experiment.grids) {
         let at = |message: String| format!("grid {number}: {message}");
-        let refiners = expand_all::<RefinerConfig>(&grid.refiners).map_err(at)?;
-        let visibilities = expand_all::<VisibilityConfig>(&grid.visibilities).map_err(at)?;
-        let samplings = samplings(grid);
+        let refiners = constants::expand_all::<RefinerConfig>(&grid.refiners).map_err(at)?;
+        let visibilities = constants::expand_all::<VisibilityConfig>(&grid.visibilities).map_err(at)?;
+        let samplings: Vec<LightSampling> = iproduct!(&grid.samples, &grid.patterns, &grid.sharings)
+            .map(|(&count, &kind, &sharing)| LightSampling { count, kind, sharing })
+            .collect();
         for sampling in &samplings {
             sampling.pattern().map_err(|fault| at(fault.to_string()))?;
         }
@@ -110,8 +112,8 @@ pub fn rows(experiment: &Experiment) -> Result<Vec<Row>, String> {
                 seed: experiment.seed,
             };
             let said = [&refiner.parameters, &visibility.parameters];
-            let parameters: Vec<_> = said.into_iter().filter(|said| !said.is_empty()).cloned().collect();
-            let row = Row { config, parameters: parameters.join(";"), except: grid.except.clone() };
+            let parameters = said.into_iter().filter(|said| !said.is_empty()).join(";");
+            let row = Row { config, parameters, except: grid.except.clone() };
             if !seen.insert(row.slug()) {
                 return Err(at(format!("{} is there already", row.label())));
             }
@@ -121,46 +123,27 @@ pub fn rows(experiment: &Experiment) -> Result<Vec<Row>, String> {
     Ok(rows)
 }
 
-fn expand_all<T: Named>(tables: &[toml::Table]) -> Result<Vec<constants::Choice<T>>, String> {
-    let mut all = Vec::new();
-    for table in tables {
-        all.extend(constants::expand(table)?);
-    }
-    Ok(all)
-}
-
-fn samplings(grid: &Grid) -> Vec<LightSampling> {
-    let mut samplings = Vec::new();
-    for &count in &grid.samples {
-        for &kind in &grid.patterns {
-            samplings.extend(grid.sharings.iter().map(|&sharing| LightSampling { count, kind, sharing }));
-        }
-    }
-    samplings
-}
-
-/// [`rows`], with the experiment's name in the error.
+/// Returns [`settings`] and [`rows`], with the experiment's name in the error.
 ///
 /// # Errors
 /// As [`rows`].
-pub fn plan(experiment: &Experiment) -> Result<(Vec<Setting>, Vec<Row>), AblateError> {
-    let rows = rows(experiment)
-        .map_err(|message| AblateError::Experiment { file: experiment.name.clone(), message })?;
+pub fn plan(experiment: &Experiment) -> Result<(Vec<Setting>, Vec<Row>)> {
+    let rows = rows(experiment).map_err(|message| anyhow!("{}: {message}", experiment.name))?;
     Ok((settings(experiment), rows))
 }
 
-/// The kebab-case name of a unit variant.
+/// Returns the kebab-case name of a unit variant.
 pub(crate) fn word(value: impl Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|value| value.as_str().map(str::to_string)).unwrap_or_default()
 }
 
-/// The visibility backend's name, unless it is the one that experiments take where they name none.
+/// Returns the visibility backend's name, unless it is the one that experiments take where they name none.
 fn backend(config: &PipelineConfig) -> Option<&'static str> {
     (config.visibility != VisibilityConfig::Bvh).then(|| config.visibility.name())
 }
 
 impl Row {
-    /// Plain Monte Carlo, as papers render their references.
+    /// Returns plain Monte Carlo, as papers render their references.
     pub fn monte_carlo(width: u32, height: u32, count: u32, seed: u32) -> Self {
         let config = PipelineConfig {
             width,
@@ -174,38 +157,37 @@ impl Row {
         Self { config, parameters: String::new(), except: Vec::new() }
     }
 
-    /// Whether it is rendered in a scene.
+    /// Returns whether the row is rendered in a scene.
     pub fn is_in(&self, scene: &SceneChoice) -> bool {
         !self.except.contains(&scene.name)
     }
 
-    /// The same at another size.
+    /// Returns the row at another image size.
     #[must_use]
     pub fn sized(&self, [width, height]: [u32; 2]) -> Self {
         Self { config: PipelineConfig { width, height, ..self.config }, ..self.clone() }
     }
 
-    /// Everything that decides on fragments and masks, for files: rows that differ in upsampler and shading alone
-    /// have the same.
+    /// Returns the name of the row's fragments in file names. Rows that differ in upsampler and shading alone share it.
     pub fn fragments_slug(&self) -> String {
         let sampling = &self.config.sampling;
-        let parts = [
-            self.config.refiner.name().to_string(),
-            backend(&self.config).unwrap_or_default().to_string(),
-            self.parameters.clone(),
-            sampling.count.to_string(),
-            word(sampling.kind),
-            word(sampling.sharing),
-        ];
-        slug(&parts.iter().filter(|part| !part.is_empty()).cloned().collect::<Vec<_>>().join(" "))
+        let refiner = self.config.refiner.name();
+        let stages = [refiner, backend(&self.config).unwrap_or_default(), &self.parameters];
+        let stages = stages.into_iter().filter(|part| !part.is_empty()).join(" ");
+        slug(&format!("{stages} {} {} {}", sampling.count, word(sampling.kind), word(sampling.sharing)))
     }
 
-    /// The row's name for files.
+    /// Returns the row's name in file names.
     pub fn slug(&self) -> String {
         format!("{}-{}-{}", self.fragments_slug(), self.config.upsampler.name(), word(self.config.shading))
     }
 
-    /// The row's name for people. Every pixel of `full` is a fragment, so that its upsampler says nothing.
+    /// Returns the row's name in errors.
+    pub fn named(&self) -> String {
+        format!("row {}", self.label())
+    }
+
+    /// Returns the row's name for people. The upsampler of `full` is left out, since every pixel is a fragment.
     pub fn label(&self) -> String {
         let sampling = self.config.sampling;
         let mut parts = vec![self.config.refiner.name().to_string()];
@@ -229,7 +211,7 @@ impl Row {
     }
 }
 
-/// Letters, digits, `.` and `_` as they are, everything else as single hyphens.
+/// Replaces everything but ASCII letters, digits, `.` and `_` by single hyphens.
 pub(crate) fn slug(text: &str) -> String {
     let mut slug = String::new();
     for character in text.chars() {

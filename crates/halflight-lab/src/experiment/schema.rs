@@ -1,4 +1,4 @@
-//! The experiment file.
+//! Schema of experiment files.
 
 use halflight_core::frame::Sharing;
 use halflight_core::pattern::PatternKind;
@@ -8,16 +8,16 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::paper::Paper;
 
-/// An experiment: scenes, grids of pipelines, how often and against what.
+/// Experiment: scenes, grids of pipelines, repetitions, reference, and the comparisons that are asked for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Experiment {
-    /// Its name: the file's, without ending.
+    /// Name of the file, without ending.
     #[serde(skip)]
     pub name: String,
-    /// One line.
+    /// Title in one line.
     pub title: String,
-    /// What is varied, and why.
+    /// Quantities that are varied, and the reason.
     pub description: String,
     /// Image widths and heights, pixels: `size` in the file, a pair or a list of pairs.
     #[serde(rename = "size", deserialize_with = "pairs")]
@@ -27,72 +27,66 @@ pub struct Experiment {
     /// Seed of the rows.
     #[serde(default)]
     pub seed: u32,
-    /// What the rows are measured against.
+    /// Reference that the rows are measured against.
     pub reference: ReferenceChoice,
     /// Factors on the edges of all lights about their middles; radiance stays.
     #[serde(default = "one")]
     pub light_scales: Vec<f32>,
-    /// The error, as a share of the reference's peak, at the bright end of all error maps.
+    /// Error at the bright end of all error maps, as a share of the reference's peak.
     #[serde(default = "error_scale")]
     pub error_scale: f32,
-    /// Also draws Koa17's error maps: squared error in red, times this factor.
-    #[serde(default)]
+    /// Factor of Koa17's error maps (squared error in red), which are drawn as well.
     pub squared_error_factor: Option<f32>,
-    /// A constant of a backend: also draws errors against it.
-    #[serde(default)]
+    /// Constant of a backend that errors are drawn against as well.
     pub sweep: Option<String>,
-    /// A visibility backend: also names, for each row of another, its row of nearest time.
-    #[serde(default)]
+    /// Visibility backend whose row of nearest time is named for each row of another backend.
     pub equal_time: Option<String>,
-    /// NMSE₂ targets: also tells how long every method takes to reach each of them.
+    /// NMSE₂ targets for a table of the time that every method takes to reach each of them.
     #[serde(default)]
     pub equal_error: Vec<f64>,
-    /// Also draws how time grows, with fitted slopes.
-    #[serde(default)]
+    /// Axis of charts of growing time with fitted slopes.
     pub scaling: Option<Scaling>,
-    /// Also takes every row along the animations of the scenes.
-    #[serde(default)]
+    /// Frames of the scenes' animations that every row is rendered in as well.
     pub flicker: Option<FlickerChoice>,
-    /// The scenes.
+    /// Scenes.
     #[serde(rename = "scene")]
     pub scenes: Vec<SceneChoice>,
-    /// Each is a full cross product of its axes.
+    /// Pipelines, each grid a full cross product of its axes.
     #[serde(rename = "grid")]
     pub grids: Vec<Grid>,
-    /// A paper's figures to print beside ours.
-    #[serde(default)]
+    /// Figures of a paper to print beside ours.
     pub paper: Option<Paper>,
 }
 
-/// How references are rendered.
+/// Samples and seed of references.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceChoice {
     /// Light samples a pixel.
     pub samples: u32,
-    /// Their seed; must not be the rows'.
+    /// Seed of the light samples; must not be that of the rows.
     pub seed: u32,
 }
 
-/// What time is set against.
+/// Quantity that time is set against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scaling {
-    /// What grows.
+    /// Quantity that grows.
     pub axis: Axis,
 }
 
-/// Which frames of an animation flicker is measured in.
+/// Frames of an animation in which flicker is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FlickerChoice {
-    /// How many frames, the first at time 0.
+    /// Number of frames, the first at time 0.
     pub frames: u32,
     /// Time from one to the next, seconds.
     pub step: f64,
 }
 
-/// What an experiment on scaling makes larger.
+/// Quantity that an experiment on scaling makes larger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Axis {
@@ -104,24 +98,22 @@ pub enum Axis {
     Pixels,
 }
 
-/// A scene, possibly changed.
+/// Scene, possibly changed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneChoice {
-    /// A bundled scene or the path of a scene file.
+    /// Name of a bundled scene or path of a scene file.
     pub name: String,
-    /// Replaces or adds parameters of its generators.
+    /// Parameters that replace those of its generators or add to them.
     #[serde(default)]
     pub parameters: toml::Table,
     /// Light samples a pixel of its reference, if not the experiment's.
-    #[serde(default)]
     pub reference_samples: Option<u32>,
     /// Timed frames a row, if not the experiment's.
-    #[serde(default)]
     pub repetitions: Option<u32>,
 }
 
-/// Pipelines: every combination of the axes.
+/// Pipelines: every combination of its axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
@@ -132,17 +124,17 @@ pub struct Grid {
     pub visibilities: Vec<toml::Table>,
     /// Upsamplers.
     pub upsamplers: Vec<UpsamplerConfig>,
-    /// What is interpolated.
+    /// Quantities that are interpolated.
     pub shadings: Vec<Shading>,
     /// Light samples of a full mask.
     pub samples: Vec<u32>,
     /// Placement of the light samples; the default's where left out.
     #[serde(default = "pattern")]
     pub patterns: Vec<PatternKind>,
-    /// Who shares light samples; the default's where left out.
+    /// Sharing of light samples; the default's where left out.
     #[serde(default = "sharing")]
     pub sharings: Vec<Sharing>,
-    /// Scenes of the experiment in which it is not run.
+    /// Scenes of the experiment in which the grid is not run.
     #[serde(default)]
     pub except: Vec<String>,
 }
@@ -182,7 +174,7 @@ fn sharing() -> Vec<Sharing> {
 }
 
 impl Experiment {
-    /// Replaces the scenes by these, unchanged.
+    /// Replaces the scenes by others, without parameters.
     pub fn set_scenes(&mut self, names: &[String]) {
         let plain = |name: &String| SceneChoice {
             name: name.clone(),
@@ -193,8 +185,8 @@ impl Experiment {
         self.scenes = names.iter().map(plain).collect();
     }
 
-    /// The small version: a sixteenth of 640 × 480 (of each size where there are several), one timed frame. Says that
-    /// everything works, not how fast it is.
+    /// Shrinks the experiment to a check that everything works: 160 × 120 pixels, or a sixteenth of each size where there are
+    /// several, and one timed frame.
     pub fn make_quick(&mut self) {
         match self.sizes.as_mut_slice() {
             [size] => *size = [160, 120],
@@ -207,7 +199,7 @@ impl Experiment {
         }
     }
 
-    /// Timed frames of a row in the scene with this index.
+    /// Returns the number of timed frames of a row in the scene with this index.
     pub fn repetitions_of(&self, scene: usize) -> u32 {
         self.scenes.get(scene).and_then(|choice| choice.repetitions).unwrap_or(self.repetitions)
     }

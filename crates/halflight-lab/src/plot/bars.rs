@@ -1,4 +1,4 @@
-//! Two quantities of each row, as bars side by side.
+//! Bars of two quantities of each row, side by side.
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
@@ -6,27 +6,27 @@ use plotters::style::text_anchor::HPos;
 use super::canvas::{Canvas, Drawn, INK, NOISE, SIZE};
 use super::drawing::Drawing;
 
-/// A bar chart from 0, one line a row.
+/// Bar chart from 0, one line a row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bars {
     /// Title.
     pub title: String,
     /// Names of the quantities.
     pub quantities: [String; 2],
-    /// What both are.
+    /// Unit of both.
     pub unit: String,
-    /// A line below.
+    /// Line below the bars.
     pub note: String,
-    /// The rows, top to bottom.
+    /// Rows, top to bottom.
     pub bars: Vec<Bar>,
 }
 
-/// A row.
+/// Bars of a row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
-    /// The row.
+    /// Name of the row.
     pub name: String,
-    /// The quantities.
+    /// Values of the quantities.
     pub values: [f64; 2],
     /// Colour, sRGB.
     pub rgb: [u8; 3],
@@ -35,9 +35,9 @@ pub struct Bar {
 /// Left and right ends of the names and of each quantity's bars; figures stand right of the bars.
 const NAMES: i32 = 400;
 const COLUMNS: [(i32, i32); 2] = [(416, 820), (930, 1310)];
-/// Where the first line begins, and the last ends at most.
+/// Top of the first line, and lowest bottom of the last.
 const LINES: (i32, i32) = (110, 716);
-/// The most height of a line.
+/// Largest height of a line.
 const TALLEST: i32 = 34;
 
 impl Drawing for Bars {

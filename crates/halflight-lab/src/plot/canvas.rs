@@ -10,9 +10,9 @@ pub(super) const FONT: &str = "sans-serif";
 pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
 pub(super) const NOISE: RGBColor = RGBColor(170, 60, 60);
 
-/// What is drawn on, in units.
+/// Drawing area in units.
 pub struct Canvas<'a, DB: DrawingBackend> {
-    /// The area in pixels.
+    /// Area in pixels.
     pub(crate) area: &'a DrawingArea<DB, Shift>,
     /// Pixels a unit.
     pub(crate) scale: i32,

@@ -2,7 +2,7 @@
 
 use crate::analysis::pareto;
 
-/// A chart; y has a logarithmic scale.
+/// Chart with a logarithmic y axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
     /// Title.
@@ -13,20 +13,20 @@ pub struct Chart {
     pub y_label: String,
     /// Scale of x.
     pub x_scale: Scale,
-    /// What is shown.
+    /// Points, by their marks.
     pub series: Vec<Series>,
-    /// What the marks mean.
+    /// Meanings of the marks.
     pub key: Vec<KeyGroup>,
-    /// The reference's own error, drawn as a line.
+    /// Error of the reference itself, drawn as a line.
     pub noise: Option<f64>,
-    /// Whether to draw the Pareto front.
+    /// Set to draw the Pareto front.
     pub pareto: bool,
 }
 
-/// How an axis spreads its quantity.
+/// Scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Evenly.
+    /// Even.
     Linear,
     /// By powers of ten.
     Log,
@@ -35,28 +35,28 @@ pub enum Scale {
 /// Points with one mark.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// How they are marked.
+    /// Mark of the points.
     pub mark: Mark,
-    /// The points.
+    /// Points, in the order in which a line joins them.
     pub points: Vec<Point>,
-    /// Whether a line joins them.
+    /// Set to join the points by a line.
     pub connected: bool,
 }
 
-/// A row in a chart.
+/// Row in a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
-    /// Such as time, rays or size.
+    /// Time, rays, size or another quantity.
     pub x: f64,
-    /// Such as an error.
+    /// Error, or another quantity above 0.
     pub y: f64,
-    /// The row.
+    /// Name of the row.
     pub name: String,
-    /// A word beside it.
+    /// Word beside the point.
     pub note: Option<String>,
 }
 
-/// A mark.
+/// Mark of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Mark {
     /// Outline.
@@ -67,44 +67,96 @@ pub struct Mark {
     pub filled: bool,
 }
 
-/// The outline of a mark.
+/// Outline of a mark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Shape {
-    /// A circle.
+    /// Circle.
     Circle,
-    /// A triangle on its base.
+    /// Triangle on its base.
     Triangle,
-    /// A square.
+    /// Square.
     Square,
-    /// A square on its corner.
+    /// Square on its corner.
     Diamond,
 }
 
 /// Part of a key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeyGroup {
-    /// What varies.
+    /// Quantity that varies.
     pub title: String,
     /// Marks and meanings.
     pub entries: Vec<(Mark, String)>,
 }
 
+/// Colours of Okabe and Ito, told apart by the colour-blind as well.
+pub(super) const COLORS: [[u8; 3]; 7] = [
+    [0xE6, 0x9F, 0x00],
+    [0xCC, 0x79, 0xA7],
+    [0xD5, 0x5E, 0x00],
+    [0x00, 0x72, 0xB2],
+    [0x00, 0x9E, 0x73],
+    [0x56, 0xB4, 0xE9],
+    [0x99, 0x99, 0x33],
+];
+
 impl Shape {
     /// All shapes.
     pub const ALL: [Self; 4] = [Self::Circle, Self::Triangle, Self::Square, Self::Diamond];
+
+    /// Returns one of the shapes, again from the first after the last.
+    pub(super) fn nth(index: usize) -> Self {
+        Self::ALL[index % Self::ALL.len()]
+    }
 }
 
-impl Scale {
-    pub(crate) fn apply(self, value: f64) -> f64 {
-        match self {
-            Self::Linear => value,
-            Self::Log => value.log10(),
-        }
+impl Mark {
+    /// Returns a filled mark.
+    pub(super) fn filled(shape: Shape, rgb: [u8; 3]) -> Self {
+        Self { shape, rgb, filled: true }
+    }
+
+    /// Returns the mark with this number: all colours of one shape, then those of the next.
+    pub(super) fn nth(index: usize) -> Self {
+        Self::filled(Shape::nth(index / COLORS.len()), COLORS[index % COLORS.len()])
+    }
+}
+
+impl Point {
+    /// Returns a point without a note.
+    pub(super) fn new(x: f64, y: f64, name: impl Into<String>) -> Self {
+        Self { x, y, name: name.into(), note: None }
+    }
+}
+
+impl Series {
+    /// Returns points that a line joins.
+    pub(super) fn line(mark: Mark, points: impl IntoIterator<Item = Point>) -> Self {
+        Self { mark, points: points.into_iter().collect(), connected: true }
     }
 }
 
 impl Chart {
-    /// The points that no other beats, by ascending x; none where no front is drawn.
+    /// Returns a chart with a logarithmic x axis and one group in its key.
+    pub(super) fn new(
+        title: impl Into<String>,
+        [x_label, y_label]: [&str; 2],
+        series: Vec<Series>,
+        (key, entries): (impl Into<String>, Vec<(Mark, String)>),
+    ) -> Self {
+        Self {
+            title: title.into(),
+            x_label: x_label.to_string(),
+            y_label: y_label.to_string(),
+            x_scale: Scale::Log,
+            series,
+            key: vec![KeyGroup { title: key.into(), entries }],
+            noise: None,
+            pareto: false,
+        }
+    }
+
+    /// Returns the points that no other beats, by ascending x; none where no front is drawn.
     pub fn front(&self) -> Vec<&Point> {
         if !self.pareto {
             return Vec::new();

@@ -16,7 +16,15 @@ const NARROWEST: f64 = 0.4;
 const GRID: RGBColor = RGBColor(228, 228, 228);
 const FRONT: RGBColor = RGBColor(120, 120, 120);
 
-/// From a quantity to pixels.
+/// Returns a quantity on a scale.
+fn apply(scale: Scale, value: f64) -> f64 {
+    match scale {
+        Scale::Linear => value,
+        Scale::Log => value.log10(),
+    }
+}
+
+/// Axis: maps a quantity to pixels.
 struct Axis {
     scale: Scale,
     low: f64,
@@ -28,7 +36,7 @@ struct Axis {
 impl Axis {
     fn new(scale: Scale, values: impl Iterator<Item = f64>, from: i32, to: i32) -> Self {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for value in values.map(|value| scale.apply(value)).filter(|value| value.is_finite()) {
+        for value in values.map(|value| apply(scale, value)).filter(|value| value.is_finite()) {
             (low, high) = (low.min(value), high.max(value));
         }
         if low > high {
@@ -40,13 +48,13 @@ impl Axis {
     }
 
     fn pixel(&self, value: f64) -> Option<i32> {
-        let part = (self.scale.apply(value) - self.low) / (self.high - self.low);
+        let part = (apply(self.scale, value) - self.low) / (self.high - self.low);
         (0.0..=1.0)
             .contains(&part)
             .then(|| self.from + (part * f64::from(self.to - self.from)).round() as i32)
     }
 
-    /// Values to label: powers of ten, with round numbers between them where there are few.
+    /// Returns values to label: powers of ten, with round numbers between them where there are few.
     fn ticks(&self) -> Vec<f64> {
         match self.scale {
             Scale::Log => {
@@ -75,7 +83,7 @@ impl Axis {
     }
 }
 
-/// A number as a tick says it: plain, in thousands or millions, or as 2e-4.
+/// Returns a number for a tick: plain, in thousands or millions, or as 2e-4.
 fn short(value: f64) -> String {
     let rounded = |value: f64| ((value * 1e4).round() / 1e4).to_string();
     match value.abs() {
@@ -96,7 +104,7 @@ impl Drawing for Chart {
     }
 }
 
-/// Draws all of it.
+/// Draws a chart.
 fn draw<DB: DrawingBackend>(canvas: &Canvas<DB>, chart: &Chart) -> Drawn<DB> {
     canvas.area.fill(&WHITE)?;
     let (left, right, top, bottom) = PLOT;
@@ -186,7 +194,7 @@ fn tags<DB: DrawingBackend>(
     Ok(())
 }
 
-/// What marks and numbers mean.
+/// Draws the meanings of marks and numbers.
 fn key<DB: DrawingBackend>(canvas: &Canvas<DB>, chart: &Chart) -> Drawn<DB> {
     let (x, mut y) = (PLOT.1 + 22, PLOT.2);
     for group in &chart.key {

@@ -1,31 +1,31 @@
-//! What can be drawn, put into files.
+//! Drawings put into files.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use anyhow::{Result, anyhow};
 use halflight_metrics::{write_file, write_png};
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 
 use super::canvas::{Canvas, Drawn, FONT, SIZE};
-use crate::error::AblateError;
 
-/// A chart of any kind.
+/// Chart of any kind.
 pub trait Drawing {
-    /// Title.
+    /// Returns the title.
     fn title(&self) -> &str;
 
-    /// Draws all of it.
+    /// Draws the chart.
     ///
     /// # Errors
-    /// The backend's.
+    /// Errors of the backend.
     fn draw<DB: DrawingBackend>(&self, canvas: &Canvas<DB>) -> Drawn<DB>;
 
-    /// As SVG.
+    /// Returns the drawing as SVG.
     ///
     /// # Errors
     /// Drawing failed.
-    fn svg(&self) -> Result<String, AblateError> {
+    fn svg(&self) -> Result<String> {
         check_font(self)?;
         let mut svg = String::new();
         {
@@ -36,11 +36,11 @@ pub trait Drawing {
         Ok(svg)
     }
 
-    /// As sRGB pixels, with width and height.
+    /// Returns width, height and sRGB pixels of the drawing.
     ///
     /// # Errors
     /// Drawing failed.
-    fn pixels(&self) -> Result<(u32, u32, Vec<[u8; 3]>), AblateError> {
+    fn pixels(&self) -> Result<(u32, u32, Vec<[u8; 3]>)> {
         check_font(self)?;
         // Twice the size of the SVG, for screens on which a unit is two pixels.
         const SCALE: u32 = 2;
@@ -58,7 +58,7 @@ pub trait Drawing {
     ///
     /// # Errors
     /// Drawing or writing failed.
-    fn write(&self, path: &Path) -> Result<(), AblateError> {
+    fn write(&self, path: &Path) -> Result<()> {
         let ending = |ending: &str| {
             let mut name = path.as_os_str().to_os_string();
             name.push(ending);
@@ -72,20 +72,14 @@ pub trait Drawing {
     }
 }
 
-/// The bitmap backend has no fonts of its own; SVG viewers use theirs and this one's measures.
-fn check_font(drawing: &(impl Drawing + ?Sized)) -> Result<(), AblateError> {
+/// Registers the font of the bitmap backend, which has none of its own. SVG viewers use theirs, with the measures of this one.
+fn check_font(drawing: &(impl Drawing + ?Sized)) -> Result<()> {
     static FONT_REGISTERED: OnceLock<bool> = OnceLock::new();
     let there = *FONT_REGISTERED
         .get_or_init(|| register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT).is_ok());
     drawn(drawing, if there { Ok(()) } else { Err("the font cannot be read") })
 }
 
-fn drawn<E: std::fmt::Display>(
-    drawing: &(impl Drawing + ?Sized),
-    result: Result<(), E>,
-) -> Result<(), AblateError> {
-    result.map_err(|fault| AblateError::Chart {
-        chart: drawing.title().to_string(),
-        message: fault.to_string(),
-    })
+fn drawn<E: std::fmt::Display>(drawing: &(impl Drawing + ?Sized), result: Result<(), E>) -> Result<()> {
+    result.map_err(|fault| anyhow!("chart {}: {fault}", drawing.title()))
 }

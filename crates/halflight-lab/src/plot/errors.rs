@@ -1,10 +1,12 @@
 //! Charts of error against time, rays or the size of the light.
 
+use itertools::Itertools as _;
+
 use super::chart::{Chart, Point, Scale, Series};
-use super::marks::{Marks, distinct};
+use super::marks::Marks;
 use crate::results::Finished;
 
-/// What a chart sets the error against.
+/// Quantity that a chart sets the error against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Against {
     /// Time of a frame.
@@ -15,7 +17,7 @@ pub enum Against {
     Light,
 }
 
-/// NMSE₂ (NMSE against the light's size, as in Koa17 Fig. 17) of these rows.
+/// Returns a chart of NMSE₂ (NMSE against the light's size, as in Koa17 Fig. 17) of these rows.
 pub fn chart(title: String, rows: &[&Finished], against: Against) -> Chart {
     let marks = Marks::of(rows);
     let light = against == Against::Light;
@@ -24,20 +26,18 @@ pub fn chart(title: String, rows: &[&Finished], against: Against) -> Chart {
         Against::Rays => row.record.rays as f64,
         Against::Light => f64::from(row.record.light_scale),
     };
-    let counts = distinct(rows.iter().copied().filter(|row| row.record.refiner == "full"), |row| {
-        row.record.samples.to_string()
-    });
-    let mut series: Vec<(String, Series)> = Vec::new();
+    let full = rows.iter().filter(|row| row.record.refiner == "full");
+    let several = !full.map(|row| row.record.samples).all_equal();
+    let mut series: Vec<(&str, Series)> = Vec::new();
     for row in rows {
-        let note =
-            (row.record.refiner == "full" && counts.len() > 1).then(|| format!("{} spp", row.record.samples));
+        let note = (row.record.refiner == "full" && several).then(|| format!("{} spp", row.record.samples));
         let y = if light { row.record.nmse } else { row.record.nmse2 };
         let point = Point { x: x(row), y, name: row.label.clone(), note };
         match series.iter_mut().find(|(name, _)| *name == row.row) {
             Some((_, series)) if light => series.points.push(point),
             _ => {
                 let one = Series { mark: marks.mark(row), points: vec![point], connected: light };
-                series.push((row.row.clone(), one));
+                series.push((&row.row, one));
             }
         }
     }
@@ -62,7 +62,7 @@ pub fn chart(title: String, rows: &[&Finished], against: Against) -> Chart {
 #[cfg(test)]
 mod tests {
     use super::super::Drawing as _;
-    use super::super::marks::COLORS;
+    use super::super::chart::COLORS;
     use super::*;
     use crate::results::record::tests::finished;
 
@@ -124,13 +124,11 @@ mod tests {
 
     #[test]
     fn names_with_dots_stay_whole() {
-        let folder = std::env::temp_dir().join(format!("halflight-chart-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        chart_of(Against::Rays).write(&folder.join("hall-x0.5-rays")).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        chart_of(Against::Rays).write(&folder.path().join("hall-x0.5-rays")).unwrap();
         for name in ["hall-x0.5-rays.svg", "hall-x0.5-rays.png"] {
-            assert!(folder.join(name).is_file(), "{name} is missing");
+            assert!(folder.path().join(name).is_file(), "{name} is missing");
         }
-        std::fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]

@@ -1,56 +1,41 @@
-//! What methods that aim at an error expect of it, against what comes out.
+//! Charts of the error that methods with an error target expect against the error that comes out.
 
-use super::chart::{Chart, KeyGroup, Mark, Point, Scale, Series, Shape};
-use super::marks::COLORS;
+use indexmap::IndexMap;
+
+use super::chart::{Chart, Mark, Point, Series, Shape};
 use crate::results::Finished;
 
-/// How far an expectation may be off, as a factor, to be called right.
+/// Factor within which an expectation is called right.
 pub const FACTOR: f64 = 3.0;
 
 const GREY: [u8; 3] = [0x99; 3];
 
-/// A point for every row that expects an error, a mark a scene; lines where both are equal and where they are [`FACTOR`]
-/// apart. `None` where no row expects anything.
+/// Returns a chart with a point for every row that expects an error and a mark for each scene; lines where both are equal and
+/// where they are [`FACTOR`] apart. `None` where no row expects anything.
 pub fn chart(title: String, rows: &[Finished]) -> Option<Chart> {
     let known = |row: &Finished| row.record.expected_nmse2.filter(|&expected| expected > 0.0);
-    let mut scenes: Vec<&str> = Vec::new();
-    let mut series: Vec<Series> = Vec::new();
+    let mut scenes: IndexMap<&str, Vec<Point>> = IndexMap::new();
     for (row, expected) in rows.iter().filter_map(|row| Some((row, known(row)?))) {
-        let place = scenes.iter().position(|scene| *scene == row.setting).unwrap_or_else(|| {
-            scenes.push(&row.setting);
-            series.push(Series { mark: mark(series.len()), points: Vec::new(), connected: false });
-            series.len() - 1
-        });
-        let point = Point { x: expected, y: row.record.nmse2, name: row.label.clone(), note: None };
-        series[place].points.push(point);
+        let points = scenes.entry(&row.setting).or_default();
+        points.push(Point::new(expected, row.record.nmse2, row.label.clone()));
     }
-    let xs = || series.iter().flat_map(|series| &series.points).map(|point| point.x);
-    let (low, high) = (xs().fold(f64::INFINITY, f64::min), xs().fold(0.0, f64::max));
-    if series.is_empty() {
+    if scenes.is_empty() {
         return None;
     }
-    let entries = series.iter().zip(&scenes).map(|(one, scene)| (one.mark, (*scene).to_string())).collect();
+    let xs = || scenes.values().flatten().map(|point| point.x);
+    let (low, high) = (xs().fold(f64::INFINITY, f64::min), xs().fold(0.0, f64::max));
     let line = |factor: f64| {
-        let end = |x: f64| Point { x, y: x * factor, name: format!("{factor:.2} times"), note: None };
+        let end = |x: f64| Point::new(x, x * factor, format!("{factor:.2} times"));
         let mark = Mark { shape: Shape::Circle, rgb: GREY, filled: false };
-        Series { mark, points: vec![end(low), end(high)], connected: true }
+        Series::line(mark, [low, high].map(end))
     };
-    series.extend([1.0 / FACTOR, 1.0, FACTOR].map(line));
-    Some(Chart {
-        title,
-        x_label: "NMSE₂ expected".to_string(),
-        y_label: "NMSE₂ that comes out".to_string(),
-        x_scale: Scale::Log,
-        series,
-        key: vec![KeyGroup { title: format!("Lines: equal, and {FACTOR} times apart"), entries }],
-        noise: None,
-        pareto: false,
-    })
-}
-
-fn mark(index: usize) -> Mark {
-    let shape = Shape::ALL[index / COLORS.len() % Shape::ALL.len()];
-    Mark { shape, rgb: COLORS[index % COLORS.len()], filled: true }
+    let lines = [1.0 / FACTOR, 1.0, FACTOR].map(line);
+    let entries =
+        scenes.keys().enumerate().map(|(index, scene)| (Mark::nth(index), (*scene).to_string())).collect();
+    let marked = |(index, points)| Series { mark: Mark::nth(index), points, connected: false };
+    let series = scenes.into_values().enumerate().map(marked).chain(lines).collect();
+    let key = format!("Lines: equal, and {FACTOR} times apart");
+    Some(Chart::new(title, ["NMSE₂ expected", "NMSE₂ that comes out"], series, (key, entries)))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use super::bars::{Bar, Bars};
 use super::marks::Marks;
 use crate::results::{Finished, Means};
 
-/// Bars for the rows of a setting, the steadiest first.
+/// Returns bars for the rows of a setting, the steadiest first.
 pub fn bars(title: String, rows: &[&Finished]) -> Bars {
     let marks = Marks::of(rows);
     let mut noise = 0.0;

@@ -1,25 +1,16 @@
 //! Marks of rows: shape by refiner, colour by what varies most, fill by shading.
 
 use halflight_cpu::config::{Named, RefinerConfig, UpsamplerConfig};
+use itertools::Itertools as _;
 
-use super::chart::{KeyGroup, Mark, Shape};
+use super::chart::{COLORS, KeyGroup, Mark, Shape};
 use crate::results::Finished;
 
-/// Okabe and Ito's colours, told apart by the colour-blind as well.
-pub(super) const COLORS: [[u8; 3]; 7] = [
-    [0xE6, 0x9F, 0x00],
-    [0xCC, 0x79, 0xA7],
-    [0xD5, 0x5E, 0x00],
-    [0x00, 0x72, 0xB2],
-    [0x00, 0x9E, 0x73],
-    [0x56, 0xB4, 0xE9],
-    [0x99, 0x99, 0x33],
-];
 const BLACK_INK: [u8; 3] = [0; 3];
 const GREY: [u8; 3] = [0x66; 3];
 const UPSAMPLERS: &str = "Colour: upsampler";
 
-/// Which mark a row gets: shape by refiner, colour by upsampler (or by light samples or backend, where those vary more),
+/// Choice of marks for rows: shape by refiner, colour by upsampler (or by light samples or backend, where those vary more),
 /// filled for `ratio`.
 pub(super) struct Marks {
     refiners: Vec<String>,
@@ -41,26 +32,22 @@ impl Marks {
             let parameters = if full { &row.record.parameters } else { "" };
             format!("{} {parameters}", row.record.visibility).trim_end().to_string()
         };
-        let refined = rows.iter().filter(|row| row.record.refiner != "full").copied();
-        let all = || rows.iter().copied();
-        let (mut title, mut colors, mut colored) = (UPSAMPLERS, distinct(refined, upsampled), upsampled);
+        let distinct =
+            |by: fn(&Finished) -> String| -> Vec<String> { rows.iter().copied().map(by).unique().collect() };
+        let refined = rows.iter().copied().filter(|row| row.record.refiner != "full");
+        let upsamplers: Vec<String> = refined.map(upsampled).unique().collect();
+        let (mut title, mut colors, mut colored) = (UPSAMPLERS, upsamplers, upsampled);
         for (other, by) in
             [("Colour: light samples", sampled), ("Colour: backend", backend), ("Colour: backend", set)]
         {
-            let found = distinct(all(), by);
+            let found = distinct(by);
             if found.len() > colors.len() && found.len() <= COLORS.len() {
                 (title, colors, colored) = (other, found, by);
             }
         }
-        let mut refiners = distinct(rows.iter().copied(), |row| row.record.refiner.clone());
+        let mut refiners = distinct(|row| row.record.refiner.clone());
         refiners.sort_by_key(|refiner| RefinerConfig::NAMES.iter().position(|known| known == refiner));
-        Self {
-            refiners,
-            colors,
-            shadings: distinct(rows.iter().copied(), |row| row.record.shading.clone()),
-            title,
-            colored,
-        }
+        Self { refiners, colors, shadings: distinct(|row| row.record.shading.clone()), title, colored }
     }
 
     pub(super) fn mark(&self, row: &Finished) -> Mark {
@@ -70,7 +57,7 @@ impl Marks {
         Mark { shape: shape(&row.record.refiner), rgb, filled: row.record.shading == "ratio" }
     }
 
-    /// Upsamplers have the same colour in all charts.
+    /// Returns a colour; an upsampler has one colour in all charts.
     fn color(&self, name: &str) -> [u8; 3] {
         let upsampler = UpsamplerConfig::NAMES.iter().position(|known| *known == name);
         let place = upsampler.or_else(|| self.colors.iter().position(|color| color == name));
@@ -85,10 +72,10 @@ impl Marks {
         vec![
             group("Shape: refiner", &self.refiners, &|name| {
                 let words = if name == "full" { "full (Monte Carlo)" } else { name };
-                (Mark { shape: shape(name), rgb: GREY, filled: true }, words.to_string())
+                (Mark::filled(shape(name), GREY), words.to_string())
             }),
             group(self.title, &self.colors, &|name| {
-                (Mark { shape: Shape::Circle, rgb: self.color(name), filled: true }, name.to_string())
+                (Mark::filled(Shape::Circle, self.color(name)), name.to_string())
             }),
             group("Fill: shading", &self.shadings, &|name| {
                 (Mark { shape: Shape::Circle, rgb: GREY, filled: name == "ratio" }, name.to_string())
@@ -97,7 +84,7 @@ impl Marks {
     }
 }
 
-/// A refiner has the same shape in all charts.
+/// Returns the shape of a refiner, one in all charts.
 fn shape(refiner: &str) -> Shape {
     match RefinerConfig::NAMES.iter().position(|known| *known == refiner) {
         Some(0) => Shape::Circle,
@@ -105,19 +92,4 @@ fn shape(refiner: &str) -> Shape {
         Some(2) => Shape::Square,
         _ => Shape::Diamond,
     }
-}
-
-/// Values in the order in which they first occur.
-pub(super) fn distinct<'a>(
-    rows: impl Iterator<Item = &'a Finished>,
-    value: impl Fn(&Finished) -> String,
-) -> Vec<String> {
-    let mut found = Vec::new();
-    for row in rows {
-        let value = value(row);
-        if !found.contains(&value) {
-            found.push(value);
-        }
-    }
-    found
 }

@@ -1,42 +1,26 @@
-//! Charts of how time grows.
+//! Charts of growing time.
 
-use super::chart::{Chart, KeyGroup, Mark, Point, Scale, Series, Shape};
-use super::marks::COLORS;
+use indexmap::IndexSet;
+
+use super::chart::{COLORS, Chart, Mark, Point, Series, Shape};
 use crate::analysis::scaling::{Growth, PowerLaw};
 use crate::experiment::Axis;
 
-/// Time of the visibility stage against the axis, both logarithmic: a colour a backend, a shape a scene, slopes in the key.
+/// Returns a chart of the time of the visibility stage against the axis, both logarithmic: a colour a backend, a shape a
+/// scene, slopes in the key.
 pub fn chart(title: String, lines: &[Growth], axis: Axis) -> Chart {
-    let place = |names: &mut Vec<String>, name: &str| {
-        names.iter().position(|known| known == name).unwrap_or_else(|| {
-            names.push(name.to_string());
-            names.len() - 1
-        })
-    };
-    let (mut backends, mut scenes) = (Vec::new(), Vec::new());
-    let (mut series, mut entries) = (Vec::new(), Vec::new());
-    for line in lines {
-        let backend = place(&mut backends, &format!("{} {}", line.visibility, line.rest));
-        let mark = Mark {
-            shape: Shape::ALL[place(&mut scenes, &line.scene) % Shape::ALL.len()],
-            rgb: COLORS[backend % COLORS.len()],
-            filled: true,
-        };
+    let (mut backends, mut scenes) = (IndexSet::new(), IndexSet::new());
+    let line = |line: &Growth| {
+        let (backend, _) = backends.insert_full(format!("{} {}", line.visibility, line.rest));
+        let (scene, _) = scenes.insert_full(line.scene.clone());
+        let mark = Mark::filled(Shape::nth(scene), COLORS[backend % COLORS.len()]);
         let name = line.name();
-        entries.push((mark, format!("{name}: {}", PowerLaw::words(line.law))));
-        let points = line.points.iter().map(|&(x, y)| Point { x, y, name: name.clone(), note: None });
-        series.push(Series { mark, points: points.collect(), connected: true });
-    }
-    Chart {
-        title,
-        x_label: axis.quantity().to_string(),
-        y_label: "time of the visibility stage, ms".to_string(),
-        x_scale: Scale::Log,
-        series,
-        key: vec![KeyGroup { title: format!("Time ~ {}^slope", axis.quantity()), entries }],
-        noise: None,
-        pareto: false,
-    }
+        let points = line.points.iter().map(|&(x, y)| Point::new(x, y, name.clone()));
+        (Series::line(mark, points), (mark, format!("{name}: {}", PowerLaw::words(line.law))))
+    };
+    let (series, entries) = lines.iter().map(line).unzip();
+    let labels = [axis.quantity(), "time of the visibility stage, ms"];
+    Chart::new(title, labels, series, (format!("Time ~ {}^slope", axis.quantity()), entries))
 }
 
 #[cfg(test)]

@@ -1,19 +1,18 @@
 //! Charts of errors against one constant of a backend.
 
-use super::chart::{Chart, KeyGroup, Mark, Point, Scale, Series, Shape};
-use super::marks::COLORS;
+use super::chart::{COLORS, Chart, Mark, Point, Series, Shape};
 use crate::analysis::sweep::{Curve, curves};
 use crate::reference::voxel_errors::OFF;
 use crate::results::Finished;
 
-/// NMSE₂, and the share of receivers that are off where it is known, against the constant: a colour for each set of other
-/// constants. A level line shows NMSE₂ of exact visibility where there is a row with as many samples. `None` where no two
-/// rows of the setting differ in the constant alone.
+/// Returns a chart of NMSE₂, and of the share of receivers that are off where it is known, against a constant: one colour for
+/// each set of other constants. A level line shows NMSE₂ of exact visibility where there is a row with as many samples.
+/// `None` where no two rows of the setting differ in the constant alone.
 pub fn chart(title: String, rows: &[&Finished], constant: &str) -> Option<Chart> {
     let curves = curves(rows, constant);
     let all = || curves.iter().flat_map(|curve| &curve.points);
     let samples = all().next()?.1.record.samples;
-    let point = |x: f64, y: f64, row: &Finished| Point { x, y, name: row.label.clone(), note: None };
+    let point = |x: f64, y: f64, row: &Finished| Point::new(x, y, row.label.clone());
     let mut lines: Vec<(Shape, String, Vec<Point>)> = Vec::new();
     for Curve { name, points } in &curves {
         let error = points.iter().map(|&(x, row)| point(x, row.record.nmse2, row));
@@ -27,21 +26,13 @@ pub fn chart(title: String, rows: &[&Finished], constant: &str) -> Option<Chart>
     lines.push((Shape::Square, "NMSE₂, bvh".to_string(), level.collect()));
     let marked = |(place, (shape, words, points)): (usize, (Shape, String, Vec<Point>))| {
         // Both lines of a curve have its colour.
-        let mark = Mark { shape, rgb: COLORS[place / 2 % COLORS.len()], filled: true };
-        (Series { mark, points, connected: true }, (mark, words))
+        let mark = Mark::filled(shape, COLORS[place / 2 % COLORS.len()]);
+        (Series::line(mark, points), (mark, words))
     };
     let shown = lines.into_iter().enumerate().filter(|(_, (_, _, points))| !points.is_empty());
     let (series, entries) = shown.map(marked).unzip();
-    Some(Chart {
-        title,
-        x_label: constant.to_string(),
-        y_label: "NMSE₂, and the share of receivers whose visible fraction is off".to_string(),
-        x_scale: Scale::Log,
-        series,
-        key: vec![KeyGroup { title: "Error".to_string(), entries }],
-        noise: None,
-        pareto: false,
-    })
+    let y_label = "NMSE₂, and the share of receivers whose visible fraction is off";
+    Some(Chart::new(title, [constant, y_label], series, ("Error", entries)))
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! A visibility backend without what lies below a horizon, for use outside a pipeline.
+//! Visibility backends without rays below a horizon, for use outside a pipeline.
 
 use halflight_core::frame::Frame;
 use halflight_core::light::AreaLight;
@@ -7,7 +7,7 @@ use halflight_core::pattern::Pattern;
 use halflight_core::stages::{Unsupported, Visibility};
 use halflight_cpu::horizon;
 
-/// Leaves out the rays that a horizon rules out: they count as nothing in all sums.
+/// Backend that is not asked about rays below a horizon, which count as nothing in all sums.
 pub(super) struct Culled<'a> {
     pub(super) inner: &'a mut dyn Visibility,
     pub(super) light: &'a AreaLight,

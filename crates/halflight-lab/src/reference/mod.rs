@@ -39,19 +39,19 @@ mod state;
 pub mod unlit;
 pub mod voxel_errors;
 
-/// Light samples a pixel and pass: the more in one stratified pattern, the lower the noise of the same number of rays.
+/// Light samples a pixel and pass: the more in one stratified pattern, the lower the noise of as many rays.
 pub const PASS: u32 = 256;
 
-/// The most samples that can be asked for.
+/// Largest number of samples that can be asked for.
 pub const MAX_SAMPLES: u32 = 1 << 30;
 
-/// The state is saved whenever this many passes have been added.
+/// Passes after which the state is saved.
 const SAVE_EVERY: u32 = 4;
 
-/// The seed of references. Configurations under test have small seeds, so that no light sample is theirs too.
+/// Seed of references. Configurations under test have small seeds, so that they share no light sample with it.
 pub const SEED: u32 = 0x5eed_0000;
 
-/// What is asked for.
+/// Size, samples and seed of a reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReferenceConfig {
     /// Width in pixels.
@@ -65,7 +65,7 @@ pub struct ReferenceConfig {
 }
 
 impl ReferenceConfig {
-    /// Bytes that a reference of a scene with this many lights takes, about.
+    /// Returns about how many bytes a reference of a scene with this many lights takes.
     fn bytes_needed(&self, lights: usize) -> u64 {
         /// Bytes a pixel and light: sums of both halves, and their copy on the way to the disk.
         const SUMS: u64 = 2 * 2 * 16;
@@ -82,7 +82,7 @@ impl Default for ReferenceConfig {
     }
 }
 
-/// A converged image with an estimate of what is left of its noise.
+/// Converged image with an estimate of the noise that is left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
     /// Width in pixels.
@@ -100,7 +100,7 @@ pub struct Reference {
     pub noise_flicker: f64,
 }
 
-/// Why there is no reference.
+/// Reason why there is no reference.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReferenceError {
@@ -113,7 +113,7 @@ pub enum ReferenceError {
     /// The noise cannot be told, since a pixel is not finite.
     #[error("the noise of the reference cannot be told: {0}")]
     Noise(#[from] CompareError),
-    /// The halves are no images, which a size that the pipeline accepts rules out.
+    /// The halves are no images, which cannot be at a size that the pipeline accepts.
     #[error(transparent)]
     Image(#[from] ImageError),
     /// The image does not fit into memory.
@@ -124,7 +124,7 @@ pub enum ReferenceError {
     State {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Fault of the state.
         message: String,
     },
     /// The state cannot be saved.
@@ -154,8 +154,7 @@ pub fn reference(
     every_pixel(width, height).builder(Arc::clone(scene), Arc::clone(bvh)).build()?;
     let what = format!("a reference of {width}x{height} pixels under {} lights", scene.lights.len());
     memory::check(what, config.bytes_needed(scene.lights.len()))?;
-    let mut seen = GBuffer::default();
-    gbuffer::trace(bvh, scene, width, height, &mut seen);
+    let seen = seen(scene, bvh, [width, height]);
     let (scene, _) = &flush::separate(scene, bvh);
 
     let key = state::key(scene, config);
@@ -187,7 +186,7 @@ fn every_pixel(width: u32, height: u32) -> PipelineConfig {
     PipelineConfig { width, height, refiner: RefinerConfig::Full, ..PipelineConfig::default() }
 }
 
-/// What is kept between passes.
+/// Stages and buffers that are kept between passes.
 struct Tracer<'a> {
     scene: &'a Scene,
     seen: &'a GBuffer,
@@ -248,7 +247,7 @@ impl<'a> Tracer<'a> {
     }
 }
 
-/// The image of all passes, and the noise that its halves tell of.
+/// Returns the image of all passes, with the noise that its halves tell of.
 fn finish(scene: &Scene, seen: &GBuffer, state: &State) -> Result<Reference, ReferenceError> {
     let image = |halves: &[usize]| -> Vec<Vec3> {
         let pixel = |pixel: usize| {
@@ -282,7 +281,7 @@ fn finish(scene: &Scene, seen: &GBuffer, state: &State) -> Result<Reference, Ref
     if is_black(&halves[1]) {
         halves.swap(0, 1);
     }
-    let mask: Vec<bool> = (0..seen.pixels()).map(|pixel| seen.is_receiver(pixel)).collect();
+    let mask = receivers(seen);
     let view = |pixels| Image::new(seen.width, seen.height, pixels)?.with_mask(&mask);
     let (half, other, mean) = (view(&halves[0])?, view(&halves[1])?, view(&reference.irradiance)?);
     // The halves differ by twice the error of their mean, frames by √2 of it.
@@ -290,6 +289,18 @@ fn finish(scene: &Scene, seen: &GBuffer, state: &State) -> Result<Reference, Ref
     let noise_nmse2 = halves_noise(half, other)?;
     (reference.noise_flicker, reference.noise_nmse2) = (noise_flicker, noise_nmse2);
     Ok(reference)
+}
+
+/// Returns the G-buffer of a scene's camera at a size.
+pub fn seen(scene: &Scene, bvh: &Bvh, [width, height]: [u32; 2]) -> GBuffer {
+    let mut seen = GBuffer::default();
+    gbuffer::trace(bvh, scene, width, height, &mut seen);
+    seen
+}
+
+/// Returns which pixels see geometry.
+pub fn receivers(seen: &GBuffer) -> Vec<bool> {
+    (0..seen.pixels()).map(|pixel| seen.is_receiver(pixel)).collect()
 }
 
 fn is_black(pixels: &[Vec3]) -> bool {

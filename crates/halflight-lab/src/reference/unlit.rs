@@ -6,7 +6,7 @@ use halflight_core::light::AreaLight;
 use halflight_core::scene::Scene;
 use halflight_cpu::unshadowed::unshadowed;
 
-/// Says why no light arrives in an image; `None` where some does.
+/// Returns why no light arrives in an image; `None` where some does.
 ///
 /// A black image is a valid result, but relative errors against it are undefined, and a light that faces away is easily
 /// overlooked.
@@ -25,7 +25,7 @@ pub fn unlit(scene: &Scene, gbuffer: &GBuffer, irradiance: &[Vec3]) -> Option<St
     Some(format!("no light reaches any visible surface: {}", reasons.join("; ")))
 }
 
-/// Says why a light does not reach any of the receivers.
+/// Returns why a light does not reach any of the receivers.
 fn reason(light: &AreaLight, receivers: &[Receiver]) -> String {
     let normal = light.normal();
     let in_front =
@@ -48,7 +48,6 @@ fn reason(light: &AreaLight, receivers: &[Receiver]) -> String {
 #[cfg(test)]
 mod tests {
     use halflight_cpu::bvh::Bvh;
-    use halflight_cpu::gbuffer;
 
     use super::*;
 
@@ -57,9 +56,7 @@ mod tests {
         let mut scene = halflight_scene::load_bundled("open-floor").unwrap().scene;
         change(&mut scene);
         let bvh = Bvh::build(&scene.mesh).unwrap();
-        let mut seen = GBuffer::default();
-        gbuffer::trace(&bvh, &scene, 16, 12, &mut seen);
-        unlit(&scene, &seen, &[Vec3::ZERO; 192]).unwrap()
+        unlit(&scene, &super::super::seen(&scene, &bvh, [16, 12]), &[Vec3::ZERO; 192]).unwrap()
     }
 
     #[test]

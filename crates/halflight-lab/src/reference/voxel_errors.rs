@@ -1,4 +1,4 @@
-//! How far voxel marching is from ray tracing over a whole image, and why (Nichols10 §4.3).
+//! Errors of voxel marching against ray tracing over a whole image, by cause (Nichols10 §4.3).
 
 use std::sync::Arc;
 
@@ -17,31 +17,31 @@ use halflight_cpu::voxel::{VoxelConfig, Voxels};
 
 use super::culled::Culled;
 
-/// A receiver is off when its visible fraction differs from ray tracing's by more than this.
+/// Difference of visible fractions from ray tracing's beyond which a receiver is off.
 pub const OFF: f32 = 0.1;
 
-/// Where voxel marching fails.
+/// Failures of voxel marching.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Failures {
     /// Receivers that are off, by cause, all lights together.
     pub counts: VoxelErrorCounts,
-    /// Mean of what receivers lose of their visible fraction, 0 … 1; those that lose nothing count as 0.
+    /// Mean visible fraction that receivers lose, 0 … 1; those that lose nothing count as 0.
     pub false_shadow: f64,
-    /// Mean of what they gain.
+    /// Mean visible fraction that receivers gain, 0 … 1.
     pub false_light: f64,
-    /// The failure map of the last light, sRGB, row by row from the top left; see
+    /// Failure map of the last light, sRGB, row by row from the top left; see
     /// [`VoxelErrorMap::image`](halflight_cpu::voxel::error_map::VoxelErrorMap::image).
     pub image: Vec<[u8; 3]>,
 }
 
 impl Failures {
-    /// Share of the receivers that are off.
+    /// Returns the share of the receivers that are off.
     pub fn off_share(&self) -> f64 {
         self.counts.failures() as f64 / self.counts.receivers.max(1) as f64
     }
 }
 
-/// Asks voxels and rays what each pixel of frame 0 sees of each light, with the same samples.
+/// Compares voxels with rays at each pixel of frame 0 and for each light, with equal light samples.
 ///
 /// # Errors
 /// The number of samples or a constant of the voxels is out of range.
@@ -85,7 +85,7 @@ pub fn failures(
     Ok(found)
 }
 
-/// Answers about every pixel, in one batch.
+/// Returns the masks of every pixel, in one batch.
 fn answers(frame: &Frame, light: u32, visibility: &mut dyn Visibility) -> Fragments {
     let mut fragments = Fragments::default();
     fragments.reset(frame.gbuffer.width, frame.gbuffer.height, light);
@@ -94,7 +94,7 @@ fn answers(frame: &Frame, light: u32, visibility: &mut dyn Visibility) -> Fragme
     fragments
 }
 
-/// The share of the wanted samples that a receiver sees; 0 of none.
+/// Returns the share of the wanted samples that a receiver sees; 0 of none.
 fn fraction(batch: &MaskBatch, query: usize) -> f64 {
     let (mut seen, mut wanted) = (0, 0);
     for (visible, want) in batch.visible(query).iter().zip(batch.wanted(query)) {
@@ -116,7 +116,6 @@ fn add(sum: &mut VoxelErrorCounts, more: &VoxelErrorCounts) {
 #[cfg(test)]
 mod tests {
     use halflight_core::pattern::PatternKind;
-    use halflight_cpu::gbuffer;
     use halflight_cpu::voxel::Traversal;
 
     use super::*;
@@ -125,8 +124,7 @@ mod tests {
         let mut scene = halflight_scene::resolve("contact").unwrap().scene;
         scene.lights = scene.lights.repeat(lights);
         let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
-        let mut seen = GBuffer::default();
-        gbuffer::trace(&bvh, &scene, 80, 60, &mut seen);
+        let seen = super::super::seen(&scene, &bvh, [80, 60]);
         let sampling = LightSampling { count: 16, kind: PatternKind::Grid, ..LightSampling::default() };
         failures(&scene, &bvh, &seen, config, sampling, 0).unwrap()
     }

@@ -3,7 +3,7 @@
 use crate::analysis::format::{error, integer, time};
 use crate::results::Finished;
 
-/// Title and text; a column is left out where it would be empty.
+/// Title of a column and its text in a row. The column is left out where all texts are empty.
 pub(super) type Column = (&'static str, fn(&Finished) -> String);
 
 pub(super) const COLUMNS: [Column; 41] = [
@@ -53,17 +53,17 @@ pub(super) const COLUMNS: [Column; 41] = [
     ("pairs relevant", |row| counted(row.record.relevant)),
 ];
 
-/// Millions a second.
+/// Returns millions a second.
 fn per_second(count: u64, ms: f64) -> String {
     if ms > 0.0 { format!("{:.1}", count as f64 / ms * 1e-3) } else { String::new() }
 }
 
-/// A share in percent.
+/// Returns a share in percent.
 fn percent(share: Option<f64>) -> String {
     share.map_or(String::new(), |share| format!("{:.2}", share * 100.0))
 }
 
-/// A count, or nothing for a backend that has no notion of it.
+/// Returns a count, or nothing for a backend that has no notion of it.
 fn counted(count: u64) -> String {
     integer((count > 0).then_some(count))
 }

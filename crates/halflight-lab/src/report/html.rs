@@ -1,40 +1,56 @@
-//! Pieces of pages: style, escaping, tables.
+//! Pieces that pages share: frame, provenance, tables.
 
-use crate::results::{Line, Table};
+use maud::{Markup, PreEscaped, html};
+
+use crate::results::Table;
 
 /// Style of all pages.
-pub const STYLE: &str = include_str!("report.css");
+const STYLE: &str = include_str!("report.css");
 
-/// Returns a table as HTML, with the paper's lines set off.
-pub fn table(table: &Table) -> String {
-    let cells = |tag: &str, texts: &[String]| -> String {
-        texts.iter().map(|text| format!("<{tag}>{}</{tag}>", escape(text))).collect()
+/// Returns a page with a title, with `style` beside that of all pages. It needs no network.
+pub fn page(title: &str, style: &str, body: &Markup) -> String {
+    let page = html! {
+        (PreEscaped("<!doctype html>\n"))
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                title { (title) }
+                style { "\n" (PreEscaped(STYLE)) (PreEscaped(style)) }
+            }
+            body { h1 { (title) } (body) }
+        }
     };
-    let line = |line: &Line| {
-        let class = if line.from_paper { " class=\"paper\"" } else { "" };
-        format!("<tr{class}>{}</tr>\n", cells("td", &line.cells))
-    };
-    format!(
-        "<div class=\"wide\"><table><thead><tr>{}</tr></thead><tbody>\n{}</tbody></table></div>\n",
-        cells("th", &table.columns),
-        table.lines.iter().map(line).collect::<String>()
-    )
+    page.into_string()
 }
 
-/// Text for HTML, in and between tags.
-pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+/// Returns a table with the paper's lines set off.
+pub fn table(table: &Table, class: Option<&str>) -> Markup {
+    html! {
+        div.wide {
+            table class=[class] {
+                thead { tr { @for title in &table.columns { th { (title) } } } }
+                tbody {
+                    @for line in &table.lines {
+                        tr class=[line.from_paper.then_some("paper")] {
+                            @for cell in &line.cells { td { (cell) } }
+                        }
+                    }
+                }
+            }
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::results::Line;
 
     #[test]
     fn cells_are_escaped_and_lines_of_papers_are_set_off() {
         let mut lines = Table::new(["name", "ms"], [["a < b", "1.5"].map(str::to_string)]);
         lines.lines.push(Line { from_paper: true, cells: vec!["theirs, all".to_string(), String::new()] });
-        let html = table(&lines);
+        let html = table(&lines, None).into_string();
         for piece in
             ["<th>ms</th>", "<td>a &lt; b</td><td>1.5</td>", "<tr class=\"paper\"><td>theirs, all</td>"]
         {

@@ -5,5 +5,5 @@ mod html;
 mod output;
 mod page;
 
-pub use html::{STYLE, escape, table};
+pub use html::{page, table};
 pub use output::write;

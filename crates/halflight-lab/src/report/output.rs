@@ -1,13 +1,13 @@
-//! The files that an experiment ends in.
+//! Files of a finished experiment.
 
 use std::path::{Path, PathBuf};
 
+use anyhow::Result;
 use halflight_metrics::write_file;
 use itertools::iproduct;
 
-use super::page::{self, Figure};
+use super::page::{Figure, report};
 use crate::analysis::{equal_error, equal_time, flicker, paper, scaling};
-use crate::error::{self, AblateError};
 use crate::experiment::plan::{scene_label, slug};
 use crate::experiment::{Experiment, FlickerChoice, Scaling};
 use crate::plot::errors::{self, Against};
@@ -16,16 +16,11 @@ use crate::results::record::write_csv;
 use crate::results::{Finished, Outcome};
 
 /// Writes `results.csv`, the tables that the experiment asks for (`paper.csv`, `equal-time.csv`, `summary.csv`, `slopes.csv`), the charts
-/// and `report.html`. `command` is what the report says it was made by.
+/// and `report.html`, which names the `command` that made it.
 ///
 /// # Errors
 /// A chart cannot be drawn or a file not be written.
-pub fn write(
-    experiment: &Experiment,
-    outcome: &Outcome,
-    out: &Path,
-    command: &str,
-) -> Result<(), AblateError> {
+pub fn write(experiment: &Experiment, outcome: &Outcome, out: &Path, command: &str) -> Result<()> {
     write_csv(&out.join("results.csv"), outcome.rows.iter().map(|row| &row.record))?;
     if let Some(paper) = &experiment.paper
         && !paper.rows.is_empty()
@@ -47,15 +42,15 @@ pub fn write(
         flicker::table(&outcome.rows).write_csv(&out.join("flicker.csv"))?;
     }
     let figures = charts(experiment, outcome, out)?;
-    let html = page::page(experiment, outcome, &figures, command)?;
+    let html = report(experiment, outcome, &figures, command)?;
     write_file(&out.join("report.html"), html.as_bytes())?;
     Ok(())
 }
 
-/// Draws the charts and returns where they are.
-fn charts(experiment: &Experiment, outcome: &Outcome, out: &Path) -> Result<Vec<Figure>, AblateError> {
+/// Draws the charts and returns their paths.
+fn charts(experiment: &Experiment, outcome: &Outcome, out: &Path) -> Result<Vec<Figure>> {
     let folder = out.join("charts");
-    std::fs::create_dir_all(&folder).map_err(error::at(&folder))?;
+    fs_err::create_dir_all(&folder)?;
     let mut charts = Charts { folder, figures: Vec::new() };
     if let Some(Scaling { axis }) = experiment.scaling {
         let lines = scaling::lines(&outcome.rows, axis);
@@ -70,7 +65,7 @@ fn charts(experiment: &Experiment, outcome: &Outcome, out: &Path) -> Result<Vec<
         charts.draw("expected".to_string(), &chart, Vec::new())?;
     }
     for setting in &outcome.settings {
-        let rows: Vec<&Finished> = outcome.rows.iter().filter(|row| row.setting == setting.slug).collect();
+        let rows = outcome.rows_of(setting);
         if rows.is_empty() {
             continue;
         }
@@ -121,12 +116,7 @@ struct Charts {
 }
 
 impl Charts {
-    fn draw(
-        &mut self,
-        slug: String,
-        drawing: &impl Drawing,
-        settings: Vec<String>,
-    ) -> Result<(), AblateError> {
+    fn draw(&mut self, slug: String, drawing: &impl Drawing, settings: Vec<String>) -> Result<()> {
         drawing.write(&self.folder.join(&slug))?;
         let title = drawing.title().to_string();
         self.figures.push(Figure { path: format!("charts/{slug}"), title, settings });
@@ -134,7 +124,7 @@ impl Charts {
     }
 }
 
-/// A setting's label with the size of the image, which labels say only where there are several.
+/// Returns a setting's label with the size of the image, which labels have only where there are several.
 fn sized(label: &str, experiment: &Experiment) -> String {
     match experiment.sizes.as_slice() {
         [[width, height]] => format!("{label}, {width} × {height}"),

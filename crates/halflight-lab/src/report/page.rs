@@ -1,14 +1,14 @@
-//! One page with all tables, charts and pictures; it needs no network.
+//! The report: one page with all tables, charts and pictures.
 
-use std::fmt::Write;
-
+use anyhow::Result;
+use itertools::Itertools as _;
+use maud::{Markup, PreEscaped, html};
 use serde_json::json;
 
 use super::columns::{COLUMNS, Column};
-use super::html::{self, STYLE, escape};
+use super::html::{page, table};
 use crate::analysis::format::integer;
 use crate::analysis::{equal_error, equal_time, paper, scaling, summary};
-use crate::error::AblateError;
 use crate::experiment::plan::Setting;
 use crate::experiment::{Experiment, Scaling};
 use crate::results::record::NOISE_MARGIN;
@@ -16,86 +16,69 @@ use crate::results::{self, Finished, Outcome, Table};
 
 const SCRIPT: &str = include_str!("report.js");
 
-/// A chart on the page.
+/// Chart on the page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Figure {
     /// Path from the page, without ending.
     pub(super) path: String,
     /// Title.
     pub(super) title: String,
-    /// Slugs of the settings under which it stands; none for all of the experiment.
+    /// Slugs of the settings under which the chart stands; none for all of the experiment.
     pub(super) settings: Vec<String>,
 }
 
-/// The page. All links in it are relative.
+/// Returns the report of an experiment. All links in it are relative.
 ///
 /// # Errors
 /// The rows cannot be put into JSON.
-pub(super) fn page(
+pub(super) fn report(
     experiment: &Experiment,
     outcome: &Outcome,
     figures: &[Figure],
     command: &str,
-) -> Result<String, AblateError> {
-    let mut page = String::new();
+) -> Result<String> {
     let provenance = &outcome.provenance;
-    let title = escape(&experiment.title);
-    page += "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
-    page += &format!("<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n");
-    page += &format!("<h1>{title}</h1>\n<p>{}</p>\n", escape(&experiment.description));
-    let sizes: Vec<String> =
-        experiment.sizes.iter().map(|[width, height]| format!("{width} × {height}")).collect();
-    page += &format!(
-        "<p class=\"from\"><code>{}</code><br>commit {}, {}, {} threads; {} pixels; warm frames, timed in turn. \
-         Every figure is in <a href=\"results.csv\">results.csv</a>.</p>\n",
-        escape(command),
-        escape(&provenance.commit),
-        escape(&provenance.machine),
-        provenance.threads,
-        sizes.join(", ")
-    );
-    page += "<nav>";
-    for setting in &outcome.settings {
-        page += &format!("<a href=\"#{}\">{}</a> ", setting.slug, escape(&setting.label));
-    }
-    page += "</nav>\n";
-    tables(&mut page, experiment, outcome, figures);
-    for setting in &outcome.settings {
-        let rows: Vec<&Finished> = outcome.rows.iter().filter(|row| row.setting == setting.slug).collect();
-        if !rows.is_empty() {
-            section(&mut page, experiment, setting, &rows, figures);
-        }
-    }
-    let data = pictures(experiment, outcome);
+    let sizes = experiment.sizes.iter().map(|[width, height]| format!("{width} × {height}")).join(", ");
     // "</" would end the script.
-    let data = serde_json::to_string(&data)?.replace("</", "<\\/");
-    page += &format!("<script>\nconst SETTINGS = {data};\n{SCRIPT}</script>\n</body>\n</html>\n");
-    Ok(page)
+    let data = serde_json::to_string(&pictures(experiment, outcome))?.replace("</", "<\\/");
+    let body = html! {
+        p { (experiment.description) }
+        p.from {
+            code { (command) } br;
+            "commit " (provenance.commit) ", " (provenance.machine) ", " (provenance.threads) " threads; "
+            (sizes) " pixels; warm frames, timed in turn. Every figure is in "
+            a href="results.csv" { "results.csv" } "."
+        }
+        nav { @for setting in &outcome.settings { a href={ "#" (setting.slug) } { (setting.label) } " " } }
+        (tables(experiment, outcome))
+        (charts(figures, |figure| figure.settings.is_empty()))
+        @for setting in &outcome.settings {
+            @let rows = outcome.rows_of(setting);
+            @if !rows.is_empty() { (section(experiment, setting, &rows, figures)) }
+        }
+        script { (PreEscaped(format!("\nconst SETTINGS = {data};\n{SCRIPT}"))) }
+    };
+    Ok(page(&experiment.title, "", &body))
 }
 
-/// What is said about all settings together: the paper's figures, rows of equal time, growth.
-fn tables(page: &mut String, experiment: &Experiment, outcome: &Outcome, figures: &[Figure]) {
-    let mut add = |title: &str, words: &str, table: Table, file: &str| {
-        page.push_str(&format!("<h2>{}</h2>\n<p>{}</p>\n", escape(title), escape(words)));
-        if !table.lines.is_empty() {
-            let link = format!("<p>The same as <a href=\"{file}\">{file}</a>.</p>\n");
-            page.push_str(&(html::table(&table) + &link));
-        }
-    };
+/// Returns the tables of all settings together: the paper's figures, rows of equal time and error, growth.
+fn tables(experiment: &Experiment, outcome: &Outcome) -> Markup {
+    let mut found: Vec<(&str, String, Table, &str)> = Vec::new();
     if let Some(paper) = &experiment.paper {
-        add(&paper.source, &paper.differs, paper::table(paper, &outcome.rows), "paper.csv");
+        let ours = paper::table(paper, &outcome.rows);
+        found.push((&paper.source, paper.differs.clone(), ours, "paper.csv"));
     }
     if let Some(visibility) = &experiment.equal_time {
         let words =
             format!("Each row of another backend, and the row of {visibility} whose frame time is nearest.");
-        add("Equal time", &words, equal_time::table(&outcome.rows, visibility), "equal-time.csv");
+        found.push(("Equal time", words, equal_time::table(&outcome.rows, visibility), "equal-time.csv"));
     }
     if !experiment.equal_error.is_empty() {
         let words = "How long each method takes to reach an NMSE₂, read off the front of its own knobs (constants and light samples) \
                      as power laws between its points, and the geometric mean over scenes. Never: none of its rows is as \
                      accurate. Scenes whose reference is too noisy for a target are left out of its mean.";
         let summary = equal_error::summary(&outcome.rows, &experiment.equal_error);
-        add("Time at equal error", words, summary.table(), "summary.csv");
+        found.push(("Time at equal error", words.to_string(), summary.table(), "summary.csv"));
     }
     if let Some(Scaling { axis }) = experiment.scaling {
         let lines = scaling::lines(&outcome.rows, axis);
@@ -104,63 +87,68 @@ fn tables(page: &mut String, experiment: &Experiment, outcome: &Outcome, figures
              logarithms, with the standard error of the slope.",
             axis.quantity()
         );
-        add("Growth", &words, scaling::table(&lines, axis), "slopes.csv");
+        found.push(("Growth", words, scaling::table(&lines, axis), "slopes.csv"));
     }
-    page.push_str("<div class=\"charts\">\n");
-    figures.iter().filter(|figure| figure.settings.is_empty()).for_each(|one| figure(page, one));
-    page.push_str("</div>\n");
+    html! {
+        @for (title, words, lines, file) in &found {
+            h2 { (title) }
+            p { (words) }
+            @if !lines.lines.is_empty() {
+                (table(lines, None))
+                p { "The same as " a href=(file) { (file) } "." }
+            }
+        }
+    }
 }
 
-fn figure(page: &mut String, Figure { path, title, .. }: &Figure) {
-    let title = escape(title);
-    page.push_str(&format!(
-        "<figure><a href=\"{path}.svg\"><img src=\"{path}.png\" alt=\"{title}\" loading=\"lazy\"></a></figure>\n"
-    ));
+/// Returns the charts that are wanted.
+fn charts(figures: &[Figure], wanted: impl Fn(&Figure) -> bool) -> Markup {
+    html! {
+        div.charts {
+            @for Figure { path, title, .. } in figures.iter().filter(|figure| wanted(figure)) {
+                figure {
+                    a href={ (path) ".svg" } { img src={ (path) ".png" } alt=(title) loading="lazy"; }
+                }
+            }
+        }
+    }
 }
 
-/// Summary, charts, viewer and table of a setting.
-fn section(
-    page: &mut String,
-    experiment: &Experiment,
-    setting: &Setting,
-    rows: &[&Finished],
-    figures: &[Figure],
-) {
+/// Returns summary, charts, viewer and table of a setting.
+fn section(experiment: &Experiment, setting: &Setting, rows: &[&Finished], figures: &[Figure]) -> Markup {
     let slug = &setting.slug;
     let triangles = integer(rows.first().map(|row| row.record.triangles));
-    page.push_str(&format!("<section id=\"{slug}\">\n<h2>{}</h2>\n", escape(&setting.label)));
     let frames = experiment.repetitions_of(setting.scene);
-    page.push_str(&format!("<p>{triangles} triangles; times are medians of {frames} frames.</p>\n<ul>\n"));
-    for sentence in summary::sentences(rows) {
-        page.push_str(&format!("<li>{}</li>\n", escape(&sentence)));
-    }
-    page.push_str("</ul>\n<div class=\"charts\">\n");
-    figures.iter().filter(|figure| figure.settings.contains(slug)).for_each(|one| figure(page, one));
-    let _ = write!(
-        page,
-        "</div>\n<div class=\"viewer\" data-setting=\"{slug}\"></div>\n\
-         <p>Click a row to see it as A, shift-click to see it as B. Error maps: black is none, the bright end is {} % of the \
-         reference's peak or more, grey sees nothing. ‡: less than {NOISE_MARGIN:.0} times the reference's own error.</p>\n\
-         <div class=\"wide\"><table class=\"sortable\" data-setting=\"{slug}\"><thead><tr>",
-        experiment.error_scale * 100.0
-    );
     let columns: Vec<&Column> =
         COLUMNS.iter().filter(|(_, cell)| rows.iter().any(|row| !cell(row).is_empty())).collect();
-    for (title, _) in &columns {
-        page.push_str(&format!("<th>{title}</th>"));
-    }
-    page.push_str("</tr></thead><tbody>\n");
-    for row in rows {
-        page.push_str(&format!("<tr data-row=\"{}\">", escape(&row.row)));
-        for (_, cell) in &columns {
-            page.push_str(&format!("<td>{}</td>", escape(&cell(row))));
+    html! {
+        section id=(slug) {
+            h2 { (setting.label) }
+            p { (triangles) " triangles; times are medians of " (frames) " frames." }
+            ul { @for sentence in summary::sentences(rows) { li { (sentence) } } }
+            (charts(figures, |figure| figure.settings.contains(slug)))
+            div.viewer data-setting=(slug) {}
+            p {
+                "Click a row to see it as A, shift-click to see it as B. Error maps: black is none, the bright end is "
+                (experiment.error_scale * 100.0)
+                " % of the reference's peak or more, grey sees nothing. ‡: less than "
+                (format!("{NOISE_MARGIN:.0}")) " times the reference's own error."
+            }
+            div.wide {
+                table.sortable data-setting=(slug) {
+                    thead { tr { @for (title, _) in &columns { th { (title) } } } }
+                    tbody {
+                        @for row in rows {
+                            tr data-row=(row.row) { @for (_, cell) in &columns { td { (cell(row)) } } }
+                        }
+                    }
+                }
+            }
         }
-        page.push_str("</tr>\n");
     }
-    page.push_str("</tbody></table></div>\n</section>\n");
 }
 
-/// What the viewer needs: of each setting its size, its reference and the pictures of its rows.
+/// Returns the data of the viewer: size, reference and pictures of the rows of each setting.
 fn pictures(experiment: &Experiment, outcome: &Outcome) -> serde_json::Value {
     let of = |setting: &Setting| {
         let folder = format!("pictures/{}", setting.slug);
@@ -170,7 +158,7 @@ fn pictures(experiment: &Experiment, outcome: &Outcome) -> serde_json::Value {
                 files.map(|(name, file)| (name.to_string(), format!("{folder}/{file}").into())).collect();
             json!({ "row": row.row, "label": row.label, "files": files, "error": row.record.nmse2, "ms": row.record.total_ms })
         };
-        let rows: Vec<_> = outcome.rows.iter().filter(|row| row.setting == setting.slug).map(row).collect();
+        let rows: Vec<_> = outcome.rows_of(setting).into_iter().map(row).collect();
         (
             setting.slug.clone(),
             json!({
@@ -204,9 +192,7 @@ mod tests {
             provenance: Provenance {
                 commit: "abc1234-dirty".to_string(),
                 machine: "a processor, 2 cores, linux".to_string(),
-                threads: 2,
-                device: "cpu".to_string(),
-                program: 0,
+                ..Provenance::default()
             },
         };
         let figure = Figure {
@@ -214,7 +200,7 @@ mod tests {
             title: "hall".to_string(),
             settings: vec!["hall".to_string()],
         };
-        let page = page(&experiment, &outcome, &[figure], "cargo xtask ablate koa-fig8").unwrap();
+        let page = report(&experiment, &outcome, &[figure], "cargo xtask ablate koa-fig8").unwrap();
         (outcome, page)
     }
 
@@ -253,7 +239,7 @@ mod tests {
         outcome.rows[0].record.off_share = Some(0.125);
         let figure =
             Figure { path: "charts/scaling".to_string(), title: "g".to_string(), settings: Vec::new() };
-        let page = page(&experiment, &outcome, &[figure], "command").unwrap();
+        let page = report(&experiment, &outcome, &[figure], "command").unwrap();
         for words in [
             "<th>off %</th>",
             "<td>12.50</td>",

@@ -3,16 +3,16 @@
 use halflight_metrics::Flicker;
 use serde::{Deserialize, Serialize};
 
-/// A row in one frame.
+/// Errors of a row in one frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrameError {
     /// Time in the animation, seconds.
     pub time_s: f64,
-    /// Against this frame's reference.
+    /// NMSE₂ against this frame's reference.
     pub nmse2: f64,
-    /// From the frame before to this one; none for the first.
+    /// Flicker from the frame before to this one; `None` for the first.
     pub flicker: Option<Flicker>,
-    /// The mean that the noise of the reference makes of it; less where, as here, its samples are the same in all frames.
+    /// Mean flicker that the noise of the reference makes, at most: its samples are the same in all frames.
     pub noise: f64,
 }
 
@@ -30,7 +30,7 @@ pub struct Means {
 }
 
 impl Means {
-    /// None where no two frames follow each other.
+    /// Returns the means; `None` where no two frames follow each other.
     pub fn of(frames: &[FrameError]) -> Option<Self> {
         let mean = |values: &mut dyn Iterator<Item = f64>| {
             let (sum, count) = values.fold((0.0, 0u32), |(sum, count), value| (sum + value, count + 1));

@@ -5,7 +5,7 @@ mod outcome;
 mod pictures;
 mod provenance;
 pub mod record;
-mod table;
+pub mod table;
 
 pub use frames::{FrameError, Means};
 pub use outcome::Outcome;

@@ -3,7 +3,7 @@
 use super::record::Finished;
 use crate::experiment::Experiment;
 
-/// A picture of a row.
+/// Kind of a picture of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureKind {
     /// Tone-mapped image.
@@ -23,7 +23,7 @@ impl PictureKind {
     pub const ALL: [Self; 5] =
         [Self::Image, Self::Fragments, Self::Error, Self::SquaredError, Self::Failures];
 
-    /// What the report calls it.
+    /// Returns the name in the report.
     fn name(self) -> &'static str {
         match self {
             Self::Image => "picture",
@@ -54,8 +54,8 @@ impl PictureKind {
     }
 }
 
-/// Names and files of a row's pictures in its setting's folder: picture, fragment map, error map, squared errors if asked
-/// for, and where voxel marching fails.
+/// Returns names and files of a row's pictures in its setting's folder: picture, fragment map, error map, and where there
+/// are any, squared errors and failures of voxel marching.
 pub fn pictures(row: &Finished, experiment: &Experiment) -> Vec<(&'static str, String)> {
     let made = PictureKind::ALL.iter().filter(|kind| kind.is_made(row, experiment));
     made.map(|kind| (kind.name(), kind.file(row))).collect()

@@ -1,12 +1,12 @@
-//! Which program ran on what machine.
+//! Program and machine that rows come from.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::process::Command;
 
 use serde::{Deserialize, Serialize};
 
-/// What every row says about where it comes from.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// Program and machine that rows come from.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Short commit, with `-dirty` where tracked files differ from it; `unknown` without git.
     pub commit: String,
@@ -14,15 +14,15 @@ pub struct Provenance {
     pub machine: String,
     /// Worker threads.
     pub threads: usize,
-    /// What renders: `cpu`, or `gpu` with the adapter's name.
+    /// Device that renders: `cpu`, or `gpu` with the adapter's name.
     #[serde(default = "cpu")]
     pub device: String,
-    /// Hash of the program's file, so that rows of another build are not mixed with this one's.
+    /// Hash of the program's file, so that rows of different builds are not mixed.
     pub program: u64,
 }
 
 impl Provenance {
-    /// That of the running program, which renders on a device of this name.
+    /// Returns the provenance of the running program, which renders on a device of this name.
     pub fn of_this_run(device: String) -> Self {
         Self {
             device,
@@ -34,7 +34,7 @@ impl Provenance {
     }
 }
 
-/// The device of rows that say nothing of it.
+/// Returns the device of rows that do not name one.
 pub(crate) fn cpu() -> String {
     "cpu".to_string()
 }
@@ -68,7 +68,7 @@ fn program() -> Option<u64> {
     Some(hash(&bytes))
 }
 
-/// A hash that is the same in every run.
+/// Returns a hash that is the same in every run.
 pub fn hash(value: &(impl Hash + ?Sized)) -> u64 {
     let mut hasher = DefaultHasher::new();
     value.hash(&mut hasher);

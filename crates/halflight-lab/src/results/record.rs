@@ -1,22 +1,21 @@
-//! One finished row: what `results.csv` holds of it, and what the report needs beside that.
+//! Finished rows: their line of `results.csv`, and what the report needs beside it.
 
 use std::path::Path;
 
+use anyhow::Result;
 use halflight_core::fragment::LEVELS;
-use halflight_metrics::write_file;
 use serde::{Deserialize, Serialize};
 
 use super::frames::FrameError;
-use crate::error::{self, AblateError};
 
-/// A reference's error must be this many times below an error measured against it.
+/// Factor by which a reference's own error must lie below an error measured against it.
 pub const NOISE_MARGIN: f64 = 16.0;
 
-/// A line of `results.csv`; fields are columns, in this order.
+/// Line of `results.csv`; fields are columns, in this order.
 ///
 /// Times are medians over repeated frames, in ms. Errors are those of the linear irradiance over receiver pixels, as
 /// [`Comparison`](halflight_metrics::Comparison) defines them; `psnr` is empty where the images are equal.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Name of the experiment.
     pub experiment: String,
@@ -30,25 +29,25 @@ pub struct Record {
     pub height: u32,
     /// Refiner.
     pub refiner: String,
-    /// Its constants, where the experiment sets them: `name=value`, separated by `;`.
+    /// Constants that the experiment sets: `name=value`, separated by `;`.
     pub parameters: String,
     /// Visibility backend.
     pub visibility: String,
     /// Upsampler.
     pub upsampler: String,
-    /// What is interpolated.
+    /// Quantity that is interpolated.
     pub shading: String,
     /// Light samples of a full mask.
     pub samples: u32,
-    /// Their placement in the strata.
+    /// Placement of light samples in their strata.
     pub pattern: String,
-    /// Who shares them.
+    /// Sharing of light samples.
     pub sharing: String,
     /// Factor on the lights' edges.
     pub light_scale: f32,
     /// Seed.
     pub seed: u32,
-    /// What rendered it: `cpu`, or `gpu` with the adapter's name.
+    /// Device that rendered: `cpu`, or `gpu` with the adapter's name.
     #[serde(default = "super::provenance::cpu")]
     pub device: String,
     /// Worker threads.
@@ -57,27 +56,27 @@ pub struct Record {
     pub fragments: u64,
     /// Shadow rays traced.
     pub rays: u64,
-    /// Those for refinement.
+    /// Shadow rays for refinement.
     pub rays_refine: u64,
-    /// Those for irradiance alone.
+    /// Shadow rays for irradiance alone.
     pub rays_final: u64,
     /// Rays not traced because the sample lies below a horizon.
     pub rays_skipped: u64,
-    /// G-buffer.
+    /// Time of the G-buffer.
     pub gbuffer_ms: f64,
-    /// Discontinuity pyramid.
+    /// Time of the discontinuity pyramid.
     pub pyramid_ms: f64,
-    /// Refinement without visibility.
+    /// Time of refinement without visibility.
     pub refine_ms: f64,
-    /// Visibility.
+    /// Time of visibility.
     pub visibility_ms: f64,
-    /// Values of the samples.
+    /// Time of irradiance: values of the samples.
     pub irradiance_ms: f64,
-    /// Upsampling.
+    /// Time of upsampling.
     pub upsample_ms: f64,
-    /// Composition.
+    /// Time of composition.
     pub compose_ms: f64,
-    /// The whole frame.
+    /// Time of the whole frame.
     pub total_ms: f64,
     /// Σ (a − b)².
     pub sse: f64,
@@ -87,7 +86,7 @@ pub struct Record {
     pub nmse2: f64,
     /// Mean relative squared error.
     pub relmse: f64,
-    /// dB.
+    /// Peak signal-to-noise ratio, dB.
     pub psnr: Option<f64>,
     /// Structural similarity.
     pub ssim: f64,
@@ -99,13 +98,13 @@ pub struct Record {
     pub commit: String,
     /// Processor, cores and system.
     pub machine: String,
-    /// Preparation of the backend, once a frame; part of `visibility_ms`.
+    /// Time to prepare the backend, once a frame; part of `visibility_ms`.
     #[serde(default)]
     pub prepare_ms: f64,
     /// Receivers proved to see all of the light; these counts are those of [`VisibilityStats`](halflight_core::stats::VisibilityStats).
     #[serde(default)]
     pub lit: u64,
-    /// Receivers proved to see nothing of it.
+    /// Receivers proved to see nothing of the light.
     #[serde(default)]
     pub umbra: u64,
     /// Rays that these proofs spared.
@@ -135,68 +134,52 @@ pub struct Record {
     /// Receivers that looked at all triangles.
     #[serde(default)]
     pub unprojected: u64,
-    /// Mean visible fraction that voxel marching takes away where it is too dark, over all receivers; this and what
-    /// follows is empty where rows are not `full` and `voxel`.
-    #[serde(default)]
+    /// Mean visible fraction that voxel marching takes away where it is too dark, over all receivers. This column and the
+    /// following six are empty where rows are not `full` and `voxel`.
     pub false_shadow: Option<f64>,
-    /// Mean visible fraction that it adds where it is too bright, over all receivers.
-    #[serde(default)]
+    /// Mean visible fraction that voxel marching adds where it is too bright, over all receivers.
     pub false_light: Option<f64>,
     /// Share of the receivers whose visible fraction is off by more than [`OFF`](crate::reference::voxel_errors::OFF).
-    #[serde(default)]
     pub off_share: Option<f64>,
-    /// Those of them whose rays end at the receiver itself.
-    #[serde(default)]
+    /// Receivers that are off since their rays end at the receiver itself.
     pub self_occlusion: Option<u64>,
-    /// Those behind geometry thinner than its voxels.
-    #[serde(default)]
+    /// Receivers that are off behind geometry thinner than its voxels.
     pub thickness: Option<u64>,
-    /// Those shaded by what lies outside the grid.
-    #[serde(default)]
+    /// Receivers that are off since their occluder lies outside the grid.
     pub out_of_view: Option<u64>,
-    /// Those whose rays missed what lies in the grid.
-    #[serde(default)]
+    /// Receivers that are off since their rays missed what lies in the grid.
     pub missed: Option<u64>,
     /// Mean flicker from frame to frame along the scene's animation, as in [`Flicker`](halflight_metrics::Flicker), in
-    /// the mean over frames; this and what follows is empty where the experiment does not ask for it.
-    #[serde(default)]
+    /// the mean over frames. This column and the following two are empty where the experiment does not ask for flicker.
     pub flicker_mean: Option<f64>,
-    /// Its 99th percentile over the pixels, in the mean over frames.
-    #[serde(default)]
+    /// 99th percentile of flicker over the pixels, in the mean over frames.
     pub flicker_p99: Option<f64>,
-    /// NMSE₂ in the mean over these frames.
-    #[serde(default)]
+    /// Mean NMSE₂ over these frames.
     pub flicker_nmse2: Option<f64>,
-    /// NMSE₂ that the refiner expects, where it aims at one.
-    #[serde(default)]
+    /// NMSE₂ that the refiner expects, where it has an error target.
     pub expected_nmse2: Option<f64>,
-    /// Receiver pixels in cells proved lit, where proofs are asked for; this and what follows is empty elsewhere.
-    #[serde(default)]
+    /// Receiver pixels in cells proved lit. This column and the following four are empty where no proofs are asked for.
     pub proved_lit: Option<u64>,
-    /// Those proved to be in the umbra.
-    #[serde(default)]
+    /// Receiver pixels proved to be in the umbra.
     pub proved_umbra: Option<u64>,
-    /// Those whose visible fraction was proved to vary little.
-    #[serde(default)]
+    /// Receiver pixels whose visible fraction was proved to vary little.
     pub proved_bounded: Option<u64>,
-    /// Those that were traced.
-    #[serde(default)]
+    /// Receiver pixels that were traced.
     pub traced: Option<u64>,
-    /// What the proofs took.
-    #[serde(default)]
+    /// Time of the proofs.
     pub prove_ms: Option<f64>,
 }
 
-/// A finished row.
+/// Finished row.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Finished {
-    /// Name of its setting's files.
+    /// Name of the setting in file names.
     pub setting: String,
-    /// Name of its files.
+    /// Name of the row in file names.
     pub row: String,
-    /// Name of its fragment map's file, which rows with the same fragments share.
+    /// Name of the fragment map in file names, which rows with the same fragments share.
     pub fragments: String,
-    /// Its name for people.
+    /// Name for people.
     pub label: String,
     /// SSE of the images divided by the reference's peak.
     pub normalised_sse: f64,
@@ -204,10 +187,10 @@ pub struct Finished {
     pub paper: Option<PaperError>,
     /// Fragments of each level, 0 first.
     pub per_level: [u64; LEVELS],
-    /// Its frames along the scene's animation, where the experiment asks for them.
+    /// Frames along the scene's animation, where the experiment asks for them.
     #[serde(default)]
     pub frames: Vec<FrameError>,
-    /// Its line in the table.
+    /// Line of `results.csv`.
     pub record: Record,
 }
 
@@ -221,12 +204,12 @@ pub struct PaperError {
 }
 
 impl Record {
-    /// The scene's name without changed parameters.
+    /// Returns the scene's name without changed parameters.
     pub fn scene_name(&self) -> &str {
         self.scene.split(' ').next().unwrap_or_default()
     }
 
-    /// Whether the reference is too noisy for this row's error to be believed.
+    /// Returns whether the reference is too noisy for this row's error to be believed.
     pub fn near_noise(&self) -> bool {
         self.reference_noise * NOISE_MARGIN > self.nmse2
     }
@@ -236,22 +219,18 @@ impl Record {
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write_csv<'a>(path: &Path, records: impl IntoIterator<Item = &'a Record>) -> Result<(), AblateError> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for record in records {
-        writer.serialize(record)?;
-    }
-    let bytes = writer.into_inner().map_err(|fault| csv::Error::from(fault.into_error()))?;
-    write_file(path, &bytes)?;
-    Ok(())
+pub fn write_csv<'a>(path: &Path, records: impl IntoIterator<Item = &'a Record>) -> Result<()> {
+    super::table::write(path, true, |writer| {
+        records.into_iter().try_for_each(|record| writer.serialize(record))
+    })
 }
 
 /// Reads a `results.csv`.
 ///
 /// # Errors
 /// The file cannot be read, or a line does not have the columns of a [`Record`].
-pub fn read_csv(path: &Path) -> Result<Vec<Record>, AblateError> {
-    let text = std::fs::read(path).map_err(error::at(path))?;
+pub fn read_csv(path: &Path) -> Result<Vec<Record>> {
+    let text = fs_err::read(path)?;
     Ok(csv::Reader::from_reader(text.as_slice()).deserialize().collect::<Result<_, _>>()?)
 }
 
@@ -277,7 +256,6 @@ pub(crate) mod tests {
                 width: 64,
                 height: 48,
                 refiner: refiner.to_string(),
-                parameters: String::new(),
                 visibility: "bvh".to_string(),
                 upsampler: upsampler.to_string(),
                 shading: "ratio".to_string(),
@@ -285,67 +263,36 @@ pub(crate) mod tests {
                 pattern: "jittered".to_string(),
                 sharing: "fragment".to_string(),
                 light_scale: 1.0,
-                seed: 0,
                 device: "cpu".to_string(),
                 threads: 2,
                 fragments: 100,
                 rays: (time * 1e3) as u64,
-                rays_refine: 10,
-                rays_final: 20,
-                rays_skipped: 3,
                 gbuffer_ms: 1.25,
-                pyramid_ms: 0.5,
-                refine_ms: 0.1,
                 visibility_ms: 0.7,
-                irradiance_ms: 0.3,
                 upsample_ms: 0.2,
-                compose_ms: 0.15,
                 total_ms: time,
                 sse: error * 10.0,
                 nmse: error,
                 nmse2: error,
                 relmse: 1.0 / 3.0,
                 psnr: Some(41.5),
-                ssim: 0.99,
-                flip: 0.01,
                 reference_noise: 1e-7,
                 commit: "abc1234".to_string(),
                 machine: "a processor, 2 cores, linux".to_string(),
                 prepare_ms: 0.25,
                 lit: 1,
-                umbra: 2,
-                spared: 3,
-                listed: 4,
-                walked: 5,
-                left_to_rays: 6,
-                entries: 7,
                 pairs: 80,
                 kept: 40,
                 relevant: 10,
-                unprojected: 11,
-                false_shadow: None,
-                false_light: None,
-                off_share: None,
-                self_occlusion: None,
-                thickness: None,
-                out_of_view: None,
-                missed: None,
-                flicker_mean: None,
-                flicker_p99: None,
-                flicker_nmse2: None,
-                expected_nmse2: None,
-                proved_lit: None,
-                proved_umbra: None,
-                proved_bounded: None,
-                traced: None,
-                prove_ms: None,
+                ..Record::default()
             },
         }
     }
 
     #[test]
     fn csv_comes_back_as_it_was() {
-        let path = std::env::temp_dir().join(format!("halflight-record-{}.csv", std::process::id()));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("results.csv");
         let mut equal = finished("full", "bilinear", 3.0, 0.0).record;
         equal.psnr = None;
         (equal.flicker_mean, equal.flicker_nmse2) = (Some(1e-3 / 3.0), Some(0.0));
@@ -355,7 +302,6 @@ pub(crate) mod tests {
         write_csv(&path, &records).unwrap();
         let header = std::fs::read_to_string(&path).unwrap().lines().next().unwrap().to_string();
         let read = read_csv(&path).unwrap();
-        std::fs::remove_file(&path).unwrap();
         assert_eq!(read, records);
         assert_eq!(
             header,

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use anyhow::{Context as _, Result};
 use halflight_core::stats::FrameStats;
 use halflight_cpu::config::{RefinerConfig, VisibilityConfig};
 use halflight_image::{memory, picture};
@@ -14,17 +15,16 @@ use super::measured::Measured;
 use super::progress::Progress;
 use super::state::State;
 use super::timing;
-use super::truth::{Truth, fault};
-use crate::error::AblateError;
+use super::truth::Truth;
 use crate::experiment::Experiment;
 use crate::experiment::plan::{Row, Setting};
 use crate::reference::voxel_errors::{Failures, failures};
 use crate::results::{Finished, FrameError, PaperError, PictureKind, Provenance};
 
-/// Pipelines are held together, and so timed in turn, up to this many bytes, or half of what can be had.
+/// Bytes up to which pipelines are held together, and so timed in turn; half of what can be had where that is less.
 const GROUP_BYTES: u64 = 3 << 30;
 
-/// A pipeline on the bench.
+/// Pipeline of a row that is timed.
 struct Running<'a> {
     row: &'a Row,
     machine: Machine,
@@ -49,7 +49,7 @@ impl Bench<'_> {
         rows: &[(&Row, Vec<FrameError>)],
         state: &mut State,
         progress: &Progress,
-    ) -> Result<(), AblateError> {
+    ) -> Result<()> {
         let mut left = rows.iter();
         loop {
             let most = memory::available().map_or(GROUP_BYTES, |bytes| GROUP_BYTES.min(bytes / 2));
@@ -96,7 +96,7 @@ impl Bench<'_> {
     }
 
     /// Builds a pipeline and renders the frame that is not timed.
-    fn warm<'r>(&self, row: &'r Row, frames: &'r [FrameError]) -> Result<Option<Running<'r>>, AblateError> {
+    fn warm<'r>(&self, row: &'r Row, frames: &'r [FrameError]) -> Result<Option<Running<'r>>> {
         let Some(mut machine) = self.device.machine(row, &self.truth.scene, &self.scene.bvh)? else {
             return Ok(None);
         };
@@ -104,7 +104,7 @@ impl Bench<'_> {
         Ok(Some(Running { row, machine, times: Vec::new(), frames }))
     }
 
-    fn measure(&self, running: &Running) -> Result<Finished, AblateError> {
+    fn measure(&self, running: &Running) -> Result<Finished> {
         let (row, irradiance, stats) = (running.row, running.machine.irradiance(), running.machine.stats());
         let (errors, normalised_sse) =
             self.truth.errors(row, irradiance, &self.truth.reference.irradiance)?;
@@ -150,8 +150,8 @@ impl Bench<'_> {
         Ok(finished)
     }
 
-    /// Where voxel marching fails, for rows that ask it about every pixel.
-    fn failures(&self, row: &Row) -> Result<Option<Failures>, AblateError> {
+    /// Returns where voxel marching fails, for rows that ask it about every pixel.
+    fn failures(&self, row: &Row) -> Result<Option<Failures>> {
         let (RefinerConfig::Full, VisibilityConfig::Voxel(voxel)) =
             (row.config.refiner, row.config.visibility)
         else {
@@ -159,14 +159,13 @@ impl Bench<'_> {
         };
         let (scene, gbuffer) = (&self.truth.scene, &self.truth.gbuffer);
         let found = failures(scene, &self.scene.bvh, gbuffer, voxel, row.config.sampling, row.config.seed);
-        found.map(Some).map_err(|source| fault(row, source))
+        found.map(Some).with_context(|| row.named())
     }
 
-    fn write_pictures(&self, running: &Running, finished: &Finished) -> Result<(), AblateError> {
+    fn write_pictures(&self, running: &Running, finished: &Finished) -> Result<()> {
         let irradiance = running.machine.irradiance();
         let (image, reference) =
             (self.truth.image(irradiance)?, self.truth.image(&self.truth.reference.irradiance)?);
-        let fault = |source| AblateError::Compare { row: finished.label.clone(), source };
         let (width, height) = (image.width(), image.height());
         let [picture, fragments, error, squared, _] =
             PictureKind::ALL.map(|kind| self.folder.join(kind.file(finished)));
@@ -175,10 +174,10 @@ impl Bench<'_> {
             let map = running.machine.fragment_map(&self.truth.gbuffer);
             write_png(&fragments, width, height, &map)?;
         }
-        let map = picture::error(image, reference, self.experiment.error_scale).map_err(fault)?;
+        let map = picture::error(image, reference, self.experiment.error_scale)?;
         write_png(&error, width, height, &map)?;
         if let Some(factor) = self.experiment.squared_error_factor {
-            let map = squared_error_picture(image, reference, factor).map_err(fault)?;
+            let map = squared_error_picture(image, reference, factor)?;
             write_png(&squared, width, height, &map)?;
         }
         Ok(())

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use anyhow::{Context as _, Result, bail};
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::scene::Scene;
@@ -14,10 +15,9 @@ use halflight_cpu::pipeline::Pipeline;
 use halflight_gpu::{Gpu, GpuError, Inputs, Renderer};
 use halflight_image::picture;
 
-use crate::error::AblateError;
 use crate::experiment::plan::Row;
 
-/// What renders rows.
+/// Device that renders rows.
 #[derive(Clone, Debug, Default)]
 pub enum Device {
     /// The CPU.
@@ -29,23 +29,23 @@ pub enum Device {
 }
 
 impl Device {
-    /// The names that [`Device::open`] knows.
+    /// Names that [`Device::open`] knows.
     pub const NAMES: &[&str] = if cfg!(feature = "gpu") { &["cpu", "gpu"] } else { &["cpu"] };
 
-    /// The device of a name.
+    /// Opens the device of a name.
     ///
     /// # Errors
-    /// There is none, or the program was built without it.
-    pub fn open(name: &str) -> Result<Self, AblateError> {
+    /// There is no such device, or the program was built without it.
+    pub fn open(name: &str) -> Result<Self> {
         match name {
             "cpu" => Ok(Self::Cpu),
             #[cfg(feature = "gpu")]
             "gpu" => Ok(Self::Gpu(Arc::new(Gpu::find()?))),
-            _ => Err(AblateError::Option("this program was built without that device: see --help")),
+            _ => bail!("this program was built without that device: see --help"),
         }
     }
 
-    /// Its name in options and in `results.csv`: for a GPU, that of the adapter as well.
+    /// Returns the device's name in `results.csv`, with that of the adapter for a GPU.
     pub fn name(&self) -> String {
         match self {
             Self::Cpu => "cpu".to_string(),
@@ -57,21 +57,15 @@ impl Device {
         }
     }
 
-    /// Makes a row's renderer; none where this device has not got its stages.
+    /// Makes a row's renderer; `None` where this device lacks stages of the row.
     ///
     /// # Errors
     /// The row cannot be rendered.
-    pub(super) fn machine(
-        &self,
-        row: &Row,
-        scene: &Arc<Scene>,
-        bvh: &Arc<Bvh>,
-    ) -> Result<Option<Machine>, AblateError> {
+    pub(super) fn machine(&self, row: &Row, scene: &Arc<Scene>, bvh: &Arc<Bvh>) -> Result<Option<Machine>> {
         match self {
             Self::Cpu => {
                 let builder = row.config.builder(Arc::clone(scene), Arc::clone(bvh));
-                let pipeline =
-                    builder.build().map_err(|source| AblateError::Pipeline { row: row.label(), source })?;
+                let pipeline = builder.build().with_context(|| row.named())?;
                 Ok(Some(Machine::Cpu(Box::new(pipeline))))
             }
             #[cfg(feature = "gpu")]
@@ -83,20 +77,20 @@ impl Device {
                     image: Image::default(),
                 })))),
                 Err(GpuError::Unsupported { .. }) => Ok(None),
-                Err(source) => Err(AblateError::Gpu(source)),
+                Err(source) => Err(source.into()),
             },
         }
     }
 }
 
-/// A row's renderer.
+/// Renderer of a row.
 pub(super) enum Machine {
     Cpu(Box<Pipeline>),
     #[cfg(feature = "gpu")]
     Gpu(Box<OnGpu>),
 }
 
-/// A renderer on a device, and its last frame.
+/// Renderer on a GPU, and its last frame.
 #[cfg(feature = "gpu")]
 pub(super) struct OnGpu {
     gpu: Arc<Gpu>,
@@ -107,18 +101,18 @@ pub(super) struct OnGpu {
 
 impl Machine {
     /// Renders frame 0 and returns its statistics: every repetition does the same work.
-    pub(super) fn render(&mut self, row: &Row) -> Result<FrameStats, AblateError> {
+    pub(super) fn render(&mut self, row: &Row) -> Result<FrameStats> {
         match self {
             Self::Cpu(pipeline) => {
                 pipeline.set_frame_index(0);
                 let image = pipeline.render();
-                Ok(image.map_err(|source| AblateError::Pipeline { row: row.label(), source })?.stats.clone())
+                Ok(image.with_context(|| row.named())?.stats.clone())
             }
             #[cfg(feature = "gpu")]
             Self::Gpu(on) => {
                 let stats = on.gpu.render(&mut on.renderer, &Inputs::default())?;
                 if stats.lost > 0 {
-                    return Err(AblateError::Lost { row: row.label(), count: stats.lost });
+                    bail!("{}: {} queries did not fit into the device's buffers", row.label(), stats.lost);
                 }
                 on.stats = stats.frame;
                 Ok(on.stats.clone())
@@ -127,7 +121,7 @@ impl Machine {
     }
 
     /// Reads back what the accessors below return.
-    pub(super) fn fetch(&mut self) -> Result<(), AblateError> {
+    pub(super) fn fetch(&mut self) -> Result<()> {
         match self {
             Self::Cpu(_) => Ok(()),
             #[cfg(feature = "gpu")]
@@ -138,7 +132,7 @@ impl Machine {
         }
     }
 
-    /// Irradiance of the last frame.
+    /// Returns the irradiance of the last frame.
     pub(super) fn irradiance(&self) -> &[Vec3] {
         match self {
             Self::Cpu(pipeline) => &pipeline.image().irradiance,
@@ -147,7 +141,7 @@ impl Machine {
         }
     }
 
-    /// Statistics of the last frame.
+    /// Returns the statistics of the last frame.
     pub(super) fn stats(&self) -> &FrameStats {
         match self {
             Self::Cpu(pipeline) => &pipeline.image().stats,
@@ -156,7 +150,7 @@ impl Machine {
         }
     }
 
-    /// The picture of its fragments.
+    /// Returns the map of the fragments.
     pub(super) fn fragment_map(&self, gbuffer: &GBuffer) -> Vec<[u8; 3]> {
         match self {
             Self::Cpu(pipeline) => picture::fragment_map(pipeline.fragments(), gbuffer),

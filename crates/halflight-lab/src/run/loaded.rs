@@ -3,29 +3,29 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use anyhow::{Context as _, Result, anyhow};
 use halflight_core::light::AreaLight;
 use halflight_core::scene::Scene;
 use halflight_cpu::bvh::Bvh;
 use halflight_scene::Animation;
 
 use super::progress::Progress;
-use crate::error::{self, AblateError};
 use crate::experiment::{SceneChoice, plan};
 
-/// A scene and its BVH.
+/// Scene of an experiment and its BVH.
 pub(super) struct Loaded {
-    /// The scene's label.
+    /// Label of the scene.
     pub(super) name: String,
-    /// As the file has it.
+    /// Scene as the file has it.
     pub(super) scene: Arc<Scene>,
-    /// Over its triangles.
+    /// BVH over its triangles.
     pub(super) bvh: Arc<Bvh>,
-    /// What moves in it.
+    /// Animation of the scene, if it has one.
     pub(super) animation: Option<Animation>,
 }
 
 impl Loaded {
-    pub(super) fn new(choice: &SceneChoice, progress: &Progress) -> Result<Self, AblateError> {
+    pub(super) fn new(choice: &SceneChoice, progress: &Progress) -> Result<Self> {
         let loaded = if choice.parameters.is_empty() {
             halflight_scene::resolve(&choice.name)?
         } else {
@@ -35,13 +35,12 @@ impl Loaded {
         for warning in &loaded.report.warnings {
             progress.say(&format!("{name}: {warning}"));
         }
-        let bvh = Bvh::build(&loaded.scene.mesh)
-            .map_err(|source| AblateError::Bvh { scene: name.clone(), source })?;
+        let bvh = Bvh::build(&loaded.scene.mesh).with_context(|| format!("scene {name}"))?;
         let halflight_scene::Loaded { scene, animation, .. } = loaded;
         Ok(Self { name, scene: Arc::new(scene), bvh: Arc::new(bvh), animation })
     }
 
-    /// The scene with its lights scaled about their middles.
+    /// Returns the scene with its lights scaled about their middles.
     pub(super) fn lit(&self, scale: f32) -> Arc<Scene> {
         if scale == 1.0 {
             return Arc::clone(&self.scene);
@@ -58,16 +57,15 @@ impl Loaded {
 }
 
 /// Loads a scene whose generators get other parameters.
-fn with_parameters(choice: &SceneChoice) -> Result<halflight_scene::Loaded, AblateError> {
-    let fault = |message: String| AblateError::Experiment { file: format!("scene {}", choice.name), message };
+fn with_parameters(choice: &SceneChoice) -> Result<halflight_scene::Loaded> {
+    let fault = |message: &str| anyhow!("scene {}: {message}", choice.name);
     let path = Path::new(&choice.name);
     let bundled = halflight_scene::bundled().iter().find(|(name, _)| *name == choice.name);
     let text = match bundled {
         Some((_, text)) => (*text).to_string(),
-        None => std::fs::read_to_string(path).map_err(error::at(path))?,
+        None => fs_err::read_to_string(path)?,
     };
-    let mut table: toml::Table =
-        text.parse().map_err(|source: toml::de::Error| fault(source.message().to_string()))?;
+    let mut table: toml::Table = text.parse().map_err(|source: toml::de::Error| fault(source.message()))?;
     let meshes = table.get_mut("mesh").and_then(toml::Value::as_array_mut);
     let generated = meshes.into_iter().flatten().filter_map(toml::Value::as_table_mut);
     let mut changed = 0;
@@ -76,7 +74,7 @@ fn with_parameters(choice: &SceneChoice) -> Result<halflight_scene::Loaded, Abla
         changed += 1;
     }
     if changed == 0 {
-        return Err(fault("has parameters, but the scene has no generator to take them".to_string()));
+        return Err(fault("has parameters, but the scene has no generator to take them"));
     }
     let folder = path.parent().unwrap_or(Path::new(""));
     Ok(halflight_scene::parse(&table.to_string(), &format!("{}, changed", choice.name), folder)?)

@@ -9,7 +9,7 @@ use crate::experiment::plan::{Row, Setting, word};
 use crate::reference::voxel_errors::Failures;
 use crate::results::{FrameError, Means, Provenance, Record};
 
-/// What a row's record is made of.
+/// Measurements that a row's record is made of.
 pub(crate) struct Measured<'a> {
     pub(crate) experiment: &'a str,
     pub(crate) scene: &'a str,

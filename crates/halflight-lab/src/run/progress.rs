@@ -1,17 +1,17 @@
-//! What a run says while it works.
+//! Progress of a run.
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::program::say;
 
-/// A progress bar that counts finished rows, and lines above it.
+/// Progress bar that counts finished rows, and lines above it.
 #[derive(Debug)]
 pub struct Progress {
     bar: ProgressBar,
 }
 
 impl Progress {
-    /// A bar on standard error, for so many rows, of which some are finished. Hidden where that is no terminal.
+    /// Returns a bar on standard error for `rows` rows, of which some are finished. It is hidden where that is no terminal.
     pub fn new(rows: u64, finished: u64) -> Self {
         let bar = ProgressBar::new(rows).with_position(finished);
         let template = "{bar:30} {pos}/{len} rows, {elapsed} · {wide_msg}";
@@ -22,27 +22,27 @@ impl Progress {
         Self { bar }
     }
 
-    /// A run that says nothing.
+    /// Returns a bar that is never shown.
     pub fn hidden() -> Self {
         Self { bar: ProgressBar::hidden() }
     }
 
-    /// What is being done now.
+    /// Shows what is being done now.
     pub fn now(&self, what: impl Into<String>) {
         self.bar.set_message(what.into());
     }
 
-    /// A line that stays.
+    /// Prints a line that stays.
     pub fn say(&self, line: &str) {
         self.bar.suspend(|| say(line));
     }
 
-    /// So many more rows are finished.
+    /// Counts more finished rows.
     pub fn advance(&self, rows: u64) {
         self.bar.inc(rows);
     }
 
-    /// The run is over.
+    /// Removes the bar at the end of the run.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }

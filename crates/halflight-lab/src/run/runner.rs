@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use anyhow::{Result, anyhow};
 use halflight_image::memory;
 
 use super::bench::Bench;
@@ -11,12 +12,11 @@ use super::loaded::Loaded;
 use super::progress::Progress;
 use super::state::{Header, State};
 use super::truth::Truth;
-use crate::error::{self, AblateError};
 use crate::experiment::Experiment;
 use crate::experiment::plan::{self, Row, Setting};
 use crate::results::{FrameError, Outcome, Provenance, pictures};
 
-/// Where an experiment's files go.
+/// Folders of an experiment's files.
 #[derive(Clone, Debug)]
 pub struct Places {
     /// Folder of the experiment's own files.
@@ -34,15 +34,15 @@ pub fn run(
     places: &Places,
     device: &Device,
     provenance: &Provenance,
-    mut each: impl FnMut(&Outcome) -> Result<(), AblateError>,
-) -> Result<Outcome, AblateError> {
+    mut each: impl FnMut(&Outcome) -> Result<()>,
+) -> Result<Outcome> {
     let (settings, rows) = plan::plan(experiment)?;
     if matches!(device, Device::Cpu) {
         for setting in &settings {
             check_memory(setting, rows.iter())?;
         }
     }
-    std::fs::create_dir_all(&places.out).map_err(error::at(&places.out))?;
+    fs_err::create_dir_all(&places.out)?;
     let mut state = State::open(&places.out.join("state.jsonl"), &Header::new(experiment, provenance)?)?;
     let here = |setting: &Setting| -> Vec<Row> {
         let scene = &experiment.scenes[setting.scene];
@@ -71,7 +71,7 @@ pub fn run(
         if left.is_empty() {
             continue;
         }
-        std::fs::create_dir_all(&folder).map_err(error::at(&folder))?;
+        fs_err::create_dir_all(&folder)?;
         let scene = match loaded.take() {
             Some((scene, loaded)) if scene == setting.scene => loaded,
             _ => {
@@ -101,10 +101,11 @@ pub fn run(
 }
 
 /// Refuses sizes whose images do not fit into memory, before anything is rendered.
-fn check_memory<'a>(setting: &Setting, rows: impl Iterator<Item = &'a Row>) -> Result<(), AblateError> {
+fn check_memory<'a>(setting: &Setting, rows: impl Iterator<Item = &'a Row>) -> Result<()> {
     let most = rows.map(|row| row.sized(setting.size).config.bytes_needed()).max().unwrap_or(0);
     let [width, height] = setting.size;
-    Ok(memory::check(format!("{}: an image of {width}x{height} pixels", setting.label), most)?)
+    memory::check(format!("{}: an image of {width}x{height} pixels", setting.label), most)
+        .map_err(|fault| anyhow!("{fault}; choose a smaller --size"))
 }
 
 fn outcome(settings: &[Setting], rows: &[Row], state: &State, provenance: &Provenance) -> Outcome {
@@ -142,20 +143,14 @@ mod tests {
 
     fn finish(places: &Places) -> Outcome {
         let experiment = Experiment::parse(TINY, "tiny.toml").unwrap();
-        let provenance = Provenance {
-            commit: "c".to_string(),
-            machine: "m".to_string(),
-            threads: 1,
-            device: "cpu".to_string(),
-            program: 1,
-        };
+        let provenance = Provenance { threads: 1, program: 1, ..Provenance::default() };
         run(&experiment, places, &Device::Cpu, &provenance, |_| Ok(())).unwrap()
     }
 
     #[test]
     fn a_run_measures_every_row_and_goes_on_where_it_was() {
-        let root = std::env::temp_dir().join(format!("halflight-run-{}", std::process::id()));
-        let places = Places { out: root.join("out"), references: root.join("references") };
+        let root = tempfile::tempdir().unwrap();
+        let places = Places { out: root.path().join("out"), references: root.path().join("references") };
         let whole = finish(&places);
         assert_eq!(whole.rows.len(), 4);
         for row in &whole.rows {
@@ -179,6 +174,5 @@ mod tests {
         for (again, before) in resumed.rows.iter().zip(&whole.rows) {
             assert_eq!((again.record.sse, again.record.rays), (before.record.sse, before.record.rays));
         }
-        std::fs::remove_dir_all(&root).unwrap();
     }
 }

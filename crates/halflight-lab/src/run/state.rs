@@ -1,33 +1,33 @@
 //! Finished rows on disk, so that a run that was stopped goes on where it was.
 
-use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use anyhow::Result;
+use fs_err::{File, OpenOptions};
 use halflight_metrics::write_file;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{self, AblateError};
 use crate::experiment::Experiment;
 use crate::results::{Finished, Provenance, hash};
 
-/// What all rows of a file have in common. Rows under another header are of no use.
+/// Experiment, scenes and program that all rows of a file have in common. Rows under another header are of no use.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Header {
-    /// The whole experiment.
+    /// Experiment with all its keys.
     experiment: serde_json::Value,
     /// Hashes of the scene files' texts; 0 for bundled scenes, which the program holds.
     scenes: Vec<u64>,
-    /// The program and the machine.
+    /// Program and machine.
     provenance: Provenance,
 }
 
 impl Header {
-    /// The header of an experiment, run by this program on this machine.
+    /// Returns the header of an experiment, run by this program on this machine.
     ///
     /// # Errors
     /// The experiment cannot be put into JSON.
-    pub(super) fn new(experiment: &Experiment, provenance: &Provenance) -> Result<Self, AblateError> {
+    pub(super) fn new(experiment: &Experiment, provenance: &Provenance) -> Result<Self> {
         let text = |name: &str| std::fs::read_to_string(name).map_or(0, |text| hash(text.as_str()));
         Ok(Self {
             experiment: serde_json::to_value(experiment)?,
@@ -37,10 +37,9 @@ impl Header {
     }
 }
 
-/// A file with a header and one finished row a line.
+/// File with a header and one finished row a line.
 #[derive(Debug)]
 pub(super) struct State {
-    path: PathBuf,
     file: File,
     rows: Vec<Finished>,
     set_aside: Option<SetAside>,
@@ -51,7 +50,7 @@ pub(super) struct State {
 pub(super) struct SetAside {
     /// Number of lines below the header.
     pub lines: usize,
-    /// The copy.
+    /// Path of the copy.
     pub copy: PathBuf,
 }
 
@@ -62,8 +61,8 @@ impl State {
     ///
     /// # Errors
     /// The file cannot be read or written.
-    pub(super) fn open(path: &Path, header: &Header) -> Result<Self, AblateError> {
-        let bytes = if path.exists() { std::fs::read(path).map_err(error::at(path))? } else { Vec::new() };
+    pub(super) fn open(path: &Path, header: &Header) -> Result<Self> {
+        let bytes = if path.exists() { fs_err::read(path)? } else { Vec::new() };
         let text = String::from_utf8_lossy(&bytes);
         let mut lines = text.split_inclusive('\n');
         let known = lines.next().and_then(|line| serde_json::from_str::<Header>(line).ok());
@@ -88,8 +87,8 @@ impl State {
             content += &(serde_json::to_string(row)? + "\n");
         }
         write_file(path, content.as_bytes())?;
-        let file = OpenOptions::new().append(true).open(path).map_err(error::at(path))?;
-        Ok(Self { path: path.to_path_buf(), file, rows, set_aside })
+        let file = OpenOptions::new().append(true).open(path)?;
+        Ok(Self { file, rows, set_aside })
     }
 
     /// Returns the rows so far.
@@ -98,12 +97,12 @@ impl State {
         &self.rows
     }
 
-    /// Lines of the earlier file that were set aside, if any.
+    /// Returns the lines of the earlier file that were set aside, if any.
     pub(super) fn set_aside(&self) -> Option<&SetAside> {
         self.set_aside.as_ref()
     }
 
-    /// The row, if it is finished; the last time, if it was so several times.
+    /// Returns a row if it is finished; the last one of several.
     pub(super) fn row(&self, setting: &str, row: &str) -> Option<&Finished> {
         self.rows.iter().rev().find(|finished| finished.setting == setting && finished.row == row)
     }
@@ -112,16 +111,16 @@ impl State {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(super) fn append(&mut self, row: Finished) -> Result<(), AblateError> {
+    pub(super) fn append(&mut self, row: Finished) -> Result<()> {
         let line = serde_json::to_string(&row)? + "\n";
-        self.file.write_all(line.as_bytes()).map_err(error::at(&self.path))?;
-        self.file.sync_data().map_err(error::at(&self.path))?;
+        self.file.write_all(line.as_bytes())?;
+        self.file.sync_data()?;
         self.rows.push(row);
         Ok(())
     }
 }
 
-/// The first name after `path` for a copy that no file has.
+/// Returns the first name after `path` for a copy that no file has.
 fn unused(path: &Path) -> PathBuf {
     let mut copy = path.with_extension("jsonl.old");
     for number in 2.. {
@@ -140,24 +139,21 @@ mod tests {
 
     fn header(change: impl Fn(&mut Experiment, &mut Provenance)) -> Header {
         let mut experiment = Experiment::resolve("default").unwrap();
-        let mut provenance = Provenance {
-            commit: "a".to_string(),
-            machine: "m".to_string(),
-            threads: 2,
-            device: "cpu".to_string(),
-            program: 1,
-        };
+        let mut provenance = Provenance { threads: 2, program: 1, ..Provenance::default() };
         change(&mut experiment, &mut provenance);
         Header::new(&experiment, &provenance).unwrap()
     }
 
-    fn file(name: &str) -> PathBuf {
-        std::env::temp_dir().join(format!("halflight-state-{name}-{}.jsonl", std::process::id()))
+    /// Path of a state in an empty folder.
+    fn file() -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("state.jsonl");
+        (folder, path)
     }
 
     #[test]
     fn rows_are_taken_over_and_a_torn_line_is_dropped() {
-        let (path, header) = (file("torn"), header(|_, _| {}));
+        let ((_folder, path), header) = (file(), header(|_, _| {}));
         let rows = [finished("nichols", "delaunay", 1.0, 0.1), finished("full", "bilinear", 2.0, 1.0 / 3.0)];
         let mut state = State::open(&path, &header).unwrap();
         for row in &rows {
@@ -172,12 +168,11 @@ mod tests {
         assert_eq!(std::fs::read_to_string(&path).unwrap(), whole);
         state.append(rows[0].clone()).unwrap();
         assert_eq!(State::open(&path, &header).unwrap().rows().len(), 3);
-        std::fs::remove_file(&path).unwrap();
     }
 
     #[test]
     fn a_changed_experiment_commit_or_program_invalidates() {
-        let path = file("changed");
+        let (_folder, path) = file();
         let changes: [fn(&mut Experiment, &mut Provenance); 4] = [
             |experiment, _| experiment.repetitions += 1,
             |_, provenance| provenance.commit.push_str("-dirty"),
@@ -194,12 +189,11 @@ mod tests {
             assert!(std::fs::read_to_string(&old).unwrap().contains("delaunay"));
             std::fs::remove_file(&old).unwrap();
         }
-        std::fs::remove_file(&path).unwrap();
     }
 
     #[test]
     fn a_line_that_cannot_be_read_costs_no_other_row() {
-        let (path, header) = (file("broken"), header(|_, _| {}));
+        let ((_folder, path), header) = (file(), header(|_, _| {}));
         let mut state = State::open(&path, &header).unwrap();
         for refiner in ["nichols", "full"] {
             state.append(finished(refiner, "bilinear", 1.0, 0.1)).unwrap();
@@ -213,13 +207,11 @@ mod tests {
         assert_eq!(state.rows().len(), 2);
         let aside = state.set_aside().unwrap();
         assert_eq!((aside.lines, std::fs::read(&aside.copy).unwrap()), (1, broken));
-        std::fs::remove_file(&aside.copy).unwrap();
-        std::fs::remove_file(&path).unwrap();
     }
 
     #[test]
     fn rows_that_another_version_wrote_are_kept_and_no_copy_is_written_over() {
-        let (path, header) = (file("kept"), header(|_, _| {}));
+        let ((_folder, path), header) = (file(), header(|_, _| {}));
         let files = ["{\"version\": 9}\n{\"a\": 1}\n{\"a\": 2}\n", "no header at all\n"];
         let copies = files.map(|content| {
             std::fs::write(&path, content).unwrap();
@@ -230,9 +222,5 @@ mod tests {
         });
         assert_eq!((copies[0].lines, copies[1].lines), (3, 1));
         assert_ne!(copies[0].copy, copies[1].copy);
-        for aside in copies {
-            std::fs::remove_file(&aside.copy).unwrap();
-        }
-        std::fs::remove_file(&path).unwrap();
     }
 }

@@ -2,7 +2,7 @@
 
 use halflight_core::stats::{FrameStats, StageTimes};
 
-/// The median; the mean of the middle two of an even number; 0 of none.
+/// Returns the median: the mean of the middle two of an even number, 0 of none.
 pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.into_iter().collect();
     values.sort_by(f64::total_cmp);
@@ -14,16 +14,16 @@ pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     }
 }
 
-/// Medians over repeated frames, each on its own, in ms rounded to 0.1 µs.
+/// Medians over repeated frames, each stage on its own, in ms rounded to 0.1 µs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Medians {
     pub(crate) stages: StageTimes,
-    /// Preparation of the backend, a part of its stage.
+    /// Preparation of the backend, a part of the visibility stage.
     pub(crate) prepare: f64,
     pub(crate) total: f64,
 }
 
-/// Medians of every stage and of the total.
+/// Returns the medians of every stage and of the total.
 pub(crate) fn medians(frames: &[FrameStats]) -> Medians {
     let of = |time: fn(&FrameStats) -> f64| (median(frames.iter().map(time)) * 1e4).round() / 1e4;
     let stages = StageTimes {

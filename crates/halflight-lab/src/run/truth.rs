@@ -1,28 +1,27 @@
-//! What rows of a setting are measured against.
+//! References of a setting, and the pixels that they are compared at.
 
 use std::path::Path;
 use std::sync::Arc;
 
+use anyhow::{Context as _, Result, bail};
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::scene::Scene;
-use halflight_cpu::gbuffer;
 use halflight_image::picture;
 use halflight_metrics::{Comparison, Image, compare, write_png};
 
 use super::loaded::Loaded;
 use super::progress::Progress;
-use crate::error::AblateError;
 use crate::experiment::Experiment;
 use crate::experiment::plan::{Row, Setting};
 use crate::reference::unlit::unlit;
-use crate::reference::{Reference, ReferenceConfig, reference};
+use crate::reference::{Reference, ReferenceConfig, receivers, reference, seen};
 
-/// What rows of a setting are measured against.
+/// Reference of a setting, with the surfaces that its pixels see.
 pub(super) struct Truth {
     pub(super) scene: Arc<Scene>,
     pub(super) reference: Reference,
-    /// An image as papers take for a reference.
+    /// Image of the kind that papers take for a reference.
     pub(super) paper: Option<Vec<Vec3>>,
     pub(super) gbuffer: GBuffer,
     /// Pixels that see geometry.
@@ -36,7 +35,7 @@ impl Truth {
         setting: &Setting,
         loaded: &Loaded,
         progress: &Progress,
-    ) -> Result<Self, AblateError> {
+    ) -> Result<Self> {
         let scene = loaded.lit(setting.light_scale);
         let config = experiment.reference_of(setting);
         let ReferenceConfig { width, height, seed, .. } = config;
@@ -48,45 +47,45 @@ impl Truth {
             Some(count) => {
                 let row = Row::monte_carlo(width, height, count, seed);
                 let builder = row.config.builder(Arc::clone(&scene), Arc::clone(&loaded.bvh));
-                let mut pipeline = builder.build().map_err(|source| fault(&row, source))?;
-                Some(pipeline.render().map_err(|source| fault(&row, source))?.irradiance.clone())
+                let mut pipeline = builder.build().with_context(|| row.named())?;
+                Some(pipeline.render().with_context(|| row.named())?.irradiance.clone())
             }
             None => None,
         };
-        let mut gbuffer = GBuffer::default();
-        gbuffer::trace(&loaded.bvh, &scene, width, height, &mut gbuffer);
-        if let Some(reason) = unlit(&scene, &gbuffer, &reference.irradiance) {
-            return Err(AblateError::Unlit { setting: setting.label.clone(), reason });
-        }
-        let receivers = (0..gbuffer.pixels()).map(|pixel| gbuffer.is_receiver(pixel)).collect();
+        let gbuffer = seen(&scene, &loaded.bvh, [width, height]);
+        check_light(&setting.label, &scene, &gbuffer, &reference.irradiance)?;
+        let receivers = receivers(&gbuffer);
         Ok(Self { scene, reference, paper, gbuffer, receivers })
     }
 
-    pub(super) fn image<'a>(&'a self, pixels: &'a [Vec3]) -> Result<Image<'a>, AblateError> {
+    pub(super) fn image<'a>(&'a self, pixels: &'a [Vec3]) -> Result<Image<'a>> {
         let (width, height) = (self.reference.width, self.reference.height);
         Ok(Image::new(width, height, pixels)?.with_mask(&self.receivers)?)
     }
 
-    pub(super) fn write_picture(&self, path: &Path, irradiance: &[Vec3]) -> Result<(), AblateError> {
+    pub(super) fn write_picture(&self, path: &Path, irradiance: &[Vec3]) -> Result<()> {
         let picture = picture::image(irradiance, &self.gbuffer.albedo, picture::EXPOSURE);
         Ok(write_png(path, self.gbuffer.width, self.gbuffer.height, &picture)?)
     }
 
-    /// Errors against a reference, and its SSE after division by the reference's peak.
+    /// Returns errors against a reference, and the SSE after division by the reference's peak.
     pub(super) fn errors(
         &self,
         row: &Row,
         irradiance: &[Vec3],
         reference: &[Vec3],
-    ) -> Result<(Comparison, f64), AblateError> {
-        let errors = compare(self.image(irradiance)?, self.image(reference)?)
-            .map_err(|source| AblateError::Compare { row: row.label(), source })?;
+    ) -> Result<(Comparison, f64)> {
+        let errors = compare(self.image(irradiance)?, self.image(reference)?).with_context(|| row.named())?;
         let lit = reference.iter().zip(&self.receivers).filter(|(_, receives)| **receives);
         let peak = f64::from(lit.fold(0.0f32, |peak, (value, _)| peak.max(value.abs().max_element())));
         Ok((errors, errors.sse / (peak * peak)))
     }
 }
 
-pub(super) fn fault(row: &Row, source: halflight_cpu::pipeline::PipelineError) -> AblateError {
-    AblateError::Pipeline { row: row.label(), source }
+/// Refuses a reference that no light reaches.
+pub(super) fn check_light(setting: &str, scene: &Scene, gbuffer: &GBuffer, reference: &[Vec3]) -> Result<()> {
+    if let Some(reason) = unlit(scene, gbuffer, reference) {
+        bail!("{setting}: {reason}; errors relative to a black reference are undefined");
+    }
+    Ok(())
 }
