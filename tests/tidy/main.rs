@@ -6,6 +6,9 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+mod circles;
+mod modules;
+
 /// Names of files and folders that were replaced (see docs/glossary.md), without ending.
 const RETIRED_FILES: &[&str] = &[
     "rise",

@@ -7,7 +7,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
 use halflight_cpu::config::{Named, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 
-use crate::outputs::{HELP, Output};
+use crate::paths::{HELP, OutputPath};
 
 /// Soft shadows from area lights by multi-resolution screen-space fragments.
 #[derive(Debug, Parser)]
@@ -81,7 +81,7 @@ pub(crate) enum Command {
     },
 }
 
-/// What there is to render with.
+/// Devices to render with.
 const DEVICES: &[&str] = if cfg!(feature = "gpu") { &["cpu", "gpu"] } else { &["cpu"] };
 
 #[derive(Debug, Args)]
@@ -129,14 +129,14 @@ pub(crate) struct Render {
     /// Print the configuration that the options make, as TOML, and stop.
     #[arg(long, help_heading = "Output")]
     pub(crate) print_config: bool,
-    /// What radiance is multiplied with in the picture.
-    #[arg(long, value_name = "X", default_value_t = halflight_lab::picture::EXPOSURE, value_parser = positive, help_heading = "Output")]
+    /// Factor on the radiance in the picture.
+    #[arg(long, value_name = "X", default_value_t = halflight_image::picture::EXPOSURE, value_parser = positive, help_heading = "Output")]
     pub(crate) exposure: f32,
 }
 
 impl Render {
-    /// Options that ask for outputs, with the paths that are given.
-    pub(crate) fn outputs(&self) -> Vec<Output> {
+    /// Returns the options that ask for outputs, with the paths that are given.
+    pub(crate) fn outputs(&self) -> Vec<OutputPath> {
         let options = [
             ("--out", &self.out),
             ("--png", &self.png),
@@ -148,7 +148,7 @@ impl Render {
     }
 }
 
-/// Choices of a pipeline.
+/// Options that choose the stages of a pipeline.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct Choices {
     /// Size in pixels [default: 640x480].
@@ -170,23 +170,23 @@ pub(crate) struct Choices {
     /// [default: lattice, at an error target].
     #[arg(long, value_parser = PossibleValuesParser::new(<RefinerConfig as Named>::NAMES))]
     pub(crate) refiner: Option<String>,
-    /// What answers shadow rays; auto is beam where few triangles lie between receivers and light, and bvh elsewhere [default: auto].
+    /// Backend that answers shadow rays; auto is beam where few triangles lie between receivers and light, and bvh elsewhere [default: auto].
     #[arg(long, value_parser = PossibleValuesParser::new(<VisibilityConfig as Named>::NAMES))]
     pub(crate) visibility: Option<String>,
-    /// How pixels are interpolated between fragments [default: lattice with the lattice, bilinear with full, else rbf-robust].
+    /// Interpolation of pixels between fragments [default: lattice with the lattice, bilinear with full, else rbf-robust].
     /// GPUs interpolate the lattice's cells by lattice only, and no others.
     #[arg(long, value_parser = PossibleValuesParser::new(UpsamplerConfig::NAMES))]
     pub(crate) upsampler: Option<String>,
-    /// What is interpolated: irradiance, or the visible fraction [default: ratio].
+    /// Quantity that is interpolated: irradiance, or the visible fraction [default: ratio].
     #[arg(long, value_parser = ["sampled", "ratio"])]
     pub(crate) shading: Option<String>,
     /// Light samples of a full mask, 1 to 4096 [default: as many as the error target takes; 64 without one].
     #[arg(long, value_name = "N")]
     pub(crate) samples: Option<u32>,
-    /// How light samples are placed in their strata [default: jittered; shifted-rows for raster4d, which needs rows].
+    /// Placement of light samples in their strata [default: jittered; shifted-rows for raster4d, which needs rows].
     #[arg(long, value_parser = ["grid", "shifted-rows", "jittered"])]
     pub(crate) pattern: Option<String>,
-    /// Who shares light samples, for refiners that leave the choice [default: fragment].
+    /// Sharing of light samples, for refiners that leave the choice [default: fragment].
     #[arg(long, value_parser = ["receiver", "fragment", "frame"])]
     pub(crate) sharing: Option<String>,
     /// Seed of all randomness [default: 0].
@@ -242,21 +242,21 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "F.png")]
     pub(crate) error_map: Option<PathBuf>,
     /// Error, as a share of the reference's largest value, that is brightest in the picture.
-    #[arg(long, value_name = "X", default_value_t = halflight_lab::picture::ERROR_SCALE, value_parser = positive, requires = "error_map")]
+    #[arg(long, value_name = "X", default_value_t = halflight_image::picture::ERROR_SCALE, value_parser = positive, requires = "error_map")]
     pub(crate) scale: f32,
 }
 
-/// A size written `640x480`.
+/// Parses a size written `640x480`.
 fn size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once(['x', 'X', '×']);
     let sides = sides.and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
     sides.ok_or_else(|| "expected WIDTHxHEIGHT in pixels, such as 1280x960".to_owned())
 }
 
-/// The most frames of one run: at 24 a second they last for eleven hours.
+/// Largest number of frames of one run: at 24 a second they last for eleven hours.
 const MAX_FRAMES: usize = 1_000_000;
 
-/// Frames written `48` or `10..20`.
+/// Parses frames written `48` or `10..20`.
 fn frames(text: &str) -> Result<Range<u32>, String> {
     let range = match text.split_once("..") {
         Some((from, to)) => from.parse().ok().zip(to.parse().ok()),

@@ -3,16 +3,15 @@
 use std::error::Error;
 
 use halflight_core::glam::Vec3;
-use halflight_lab::exr_file::{self, ExrFile, Window, layer_in_words};
+use halflight_image::{ExrFile, Window, layer_in_words, memory, picture};
 use halflight_lab::program::{print, say};
-use halflight_lab::{memory, picture};
 use halflight_metrics::{CompareError, Comparison, Image, compare, is_standard_output, write_png};
 
 use crate::Outcome;
 use crate::args::Compare;
-use crate::outputs;
+use crate::paths;
 
-/// Bytes a pixel that the measures take.
+/// Number of bytes a pixel that the measures take.
 const MEASURES: u64 = 200;
 
 pub(crate) fn run(args: &Compare) -> Outcome {
@@ -21,7 +20,7 @@ pub(crate) fn run(args: &Compare) -> Outcome {
         return Err("--json and --error-map both write to standard output: give the map a file".into());
     }
     let output: Vec<_> = args.error_map.iter().map(|path| ("--error-map", path.clone())).collect();
-    outputs::check(&output, &[args.image.clone(), args.reference.clone()])?;
+    paths::check(&output, &[args.image.clone(), args.reference.clone()])?;
     let pair = Pair::read(args)?;
     let Window { width, height, .. } = pair.window;
     let what = format!("comparing images of {width}x{height} pixels");
@@ -50,7 +49,7 @@ struct Pair {
     window: Window,
     image: Vec<Vec3>,
     reference: Vec<Vec3>,
-    /// The pixels that take part: those where the reference sees something, if it tells.
+    /// Pixels that take part: those where the reference sees something, if it has depths.
     mask: Option<Vec<bool>>,
     /// Account of it for people.
     words: String,
@@ -59,7 +58,7 @@ struct Pair {
 impl Pair {
     /// Reads the pixels that both files have of the layers to compare.
     fn read(args: &Compare) -> Result<Self, Box<dyn Error>> {
-        let (image, reference) = (exr_file::read(&args.image)?, exr_file::read(&args.reference)?);
+        let (image, reference) = (ExrFile::read(&args.image)?, ExrFile::read(&args.reference)?);
         let [layer, reference_layer] = layers(args.layer.as_deref(), &image, &reference);
         let (pixels, truth) = (image.layer(layer)?, reference.layer(reference_layer)?);
         let window = common_window(&image, &reference)?;
@@ -92,7 +91,7 @@ fn in_picture(error: CompareError, window: &Window) -> Box<dyn Error> {
     }
 }
 
-/// The layers to compare: those `asked` for, or the irradiance if both files have it, or those that all programs show.
+/// Returns the layers to compare: those `asked` for, or the irradiance if both files have it, or those that all programs show.
 fn layers<'a>(asked: Option<&'a str>, image: &'a ExrFile, reference: &'a ExrFile) -> [&'a str; 2] {
     const IRRADIANCE: &str = "irradiance";
     let both = [image, reference];
@@ -103,7 +102,7 @@ fn layers<'a>(asked: Option<&'a str>, image: &'a ExrFile, reference: &'a ExrFile
     }
 }
 
-/// The pixels that both files have: all, or those of the one whose data window lies inside the other's.
+/// Returns the pixels that both files have: all, or those of the one whose data window lies inside the other's.
 fn common_window(image: &ExrFile, reference: &ExrFile) -> Result<Window, Box<dyn Error>> {
     let [a, b] = [image, reference].map(ExrFile::window);
     if a == b {

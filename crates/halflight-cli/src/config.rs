@@ -1,4 +1,4 @@
-//! A pipeline's configuration from a file, options and single settings: each is laid over what was there before.
+//! Configuration of a pipeline from a file, options and single settings, each laid over those before.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 
 use crate::args::Choices;
 
-/// Keys of version 0.1 that are still read, and what they are called now.
+/// Keys of version 0.1 that are still read, and their names now.
 const OLD_KEYS: &[(&str, &str)] = &[("rise", "discontinuity")];
 
 /// Returns a key's name today.
@@ -15,7 +15,7 @@ fn todays(key: &str) -> &str {
     OLD_KEYS.iter().find(|(old, _)| *old == key).map_or(key, |(_, new)| new)
 }
 
-/// The configuration that the options make.
+/// Returns the configuration that the options make.
 ///
 /// # Errors
 /// A message that names the file or option, and the key.
@@ -49,7 +49,7 @@ pub(crate) fn configure(choices: &Choices) -> Result<PipelineConfig, String> {
     Ok(config)
 }
 
-/// The options as the keys they stand for.
+/// Returns the options as the keys that they stand for.
 fn options(choices: &Choices) -> Value {
     let mut keys = Map::new();
     let mut put = |key: &str, value: Option<Value>| {
@@ -93,7 +93,7 @@ fn contradicts_target(choices: &Choices) -> bool {
     !exact || [upsampler, shading, pattern].into_iter().any(Option::is_some)
 }
 
-/// A configuration file: JSON by its ending, TOML otherwise.
+/// Reads a configuration file: JSON by its ending, TOML otherwise.
 fn read(path: &Path) -> Result<Value, String> {
     let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
     if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json")) {
@@ -102,17 +102,17 @@ fn read(path: &Path) -> Result<Value, String> {
     toml::from_str(&text).map_err(|error| error.to_string().trim_end().to_owned())
 }
 
-/// `refiner.coarse_threshold=4` as `{"refiner": {"coarse_threshold": 4}}`. What is no number or truth value is text.
+/// Parses `refiner.coarse_threshold=4` as `{"refiner": {"coarse_threshold": 4}}`. Values that are no JSON are text.
 fn parse_setting(setting: &str) -> Result<Value, String> {
     let (key, value) = setting.split_once('=').ok_or("expected KEY=VALUE")?;
     let value = serde_json::from_str(value.trim()).unwrap_or_else(|_| json!(value.trim()));
     Ok(key.trim().rsplit('.').fold(value, |value, key| json!({ key: value })))
 }
 
-/// A configuration in the making.
+/// Keys of a configuration while layers are laid over it.
 struct Layered {
     keys: Value,
-    /// A layer has chosen an upsampler, or an error target.
+    /// Set once a layer has chosen an upsampler.
     upsampler: bool,
     target: bool,
 }

@@ -69,7 +69,7 @@ pub(crate) fn completions(shell: clap_complete::Shell) -> Outcome {
     Ok(print(&String::from_utf8_lossy(&script))?)
 }
 
-/// What a scene file says about itself.
+/// Returns the description in a scene file.
 fn description(text: &str) -> String {
     let file: Option<toml::Table> = text.parse().ok();
     let description = file.as_ref().and_then(|file| file.get("description")?.as_str());

@@ -1,16 +1,18 @@
 //! The `halflight` program: renders scenes, makes references, compares images.
 
+mod animate;
 mod args;
 mod compare;
 mod config;
-mod frames;
-#[cfg(feature = "gpu")]
-mod gpu;
 mod info;
-mod outputs;
+mod job;
+mod moment;
+mod output;
+mod paths;
 mod reference;
 mod render;
 mod scene;
+mod statistics;
 mod voxel_errors;
 
 use std::process::ExitCode;
@@ -18,13 +20,18 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use args::{Cli, Command};
-use halflight_lab::memory::Allocator;
-use halflight_lab::program;
+use halflight_lab::program::{self, Allocator};
 
 #[global_allocator]
 static ALLOCATOR: Allocator = Allocator;
 
-/// What a command comes to: messages are for the user, one line each.
+/// Name and version, as stored in images.
+const PROGRAM: &str = concat!("halflight ", env!("CARGO_PKG_VERSION"));
+
+/// Commit that the program was built from; `None` outside of a repository.
+const COMMIT: Option<&str> = option_env!("HALFLIGHT_COMMIT");
+
+/// Result of a command; messages of errors are for the user, one line each.
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
 fn main() -> ExitCode {
@@ -46,7 +53,7 @@ fn run(command: Command) -> Outcome {
     };
     program::prepare(threads.map(usize::from))?;
     match command {
-        Command::Render(args) => render::run(*args),
+        Command::Render(args) => job::run(*args),
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),

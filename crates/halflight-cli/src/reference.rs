@@ -2,27 +2,25 @@
 
 use std::path::Path;
 
-use halflight_core::gbuffer::GBuffer;
-use halflight_cpu::gbuffer;
-use halflight_lab::exr_file::ExrFile;
+use halflight_image::ExrFile;
 use halflight_lab::program::say;
-use halflight_lab::reference::{ReferenceConfig, reference};
-use halflight_lab::unlit::unlit;
+use halflight_lab::reference::unlit::unlit;
+use halflight_lab::reference::{ReferenceConfig, reference, seen};
 use halflight_metrics::is_stream;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use crate::Outcome;
 use crate::args::Reference;
-use crate::outputs;
+use crate::paths;
 use crate::scene::{self, Ready};
 
 pub(crate) fn run(args: &Reference) -> Outcome {
     let name = &args.scene.scene;
     let output = [("--out", args.out.clone())];
-    outputs::check(&output, scene::file(name).as_slice())?;
+    paths::check(&output, scene::file(name).as_slice())?;
     let ready = scene::load(name)?;
-    outputs::check(&output, &ready.files(name))?;
+    paths::check(&output, &ready.files(name))?;
     let Ready { scene, bvh, .. } = ready;
     let (width, height) = args.size;
     let config = ReferenceConfig { width, height, samples: args.samples, seed: args.seed };
@@ -46,11 +44,10 @@ pub(crate) fn run(args: &Reference) -> Outcome {
     bar.finish_and_clear();
     let result = result?;
 
-    let mut seen = GBuffer::default();
-    gbuffer::trace(&bvh, &scene, width, height, &mut seen);
+    let seen = seen(&scene, &bvh, [width, height]);
     let metadata = json!({
-        "program": halflight_lab::PROGRAM,
-        "commit": halflight_lab::COMMIT,
+        "program": crate::PROGRAM,
+        "commit": crate::COMMIT,
         "scene": name,
         "reference": {
             "width": width,
@@ -69,7 +66,7 @@ pub(crate) fn run(args: &Reference) -> Outcome {
     }
     say(&format!(
         "wrote {}: {} samples a pixel, noise NMSE2 {:.2e}",
-        outputs::shown(&args.out),
+        paths::shown(&args.out),
         result.samples,
         result.noise_nmse2
     ));

@@ -10,7 +10,7 @@ use halflight_cpu::prepared::PreparedScene;
 use halflight_lab::program::say;
 use halflight_scene::{Animation, LoadReport};
 
-/// A scene with its BVH.
+/// Scene with its BVH.
 pub(crate) struct Ready {
     pub(crate) scene: Arc<Scene>,
     pub(crate) bvh: Arc<Bvh>,
@@ -39,7 +39,7 @@ pub(crate) fn load(name_or_path: &str) -> Result<Ready, Box<dyn std::error::Erro
     })
 }
 
-/// A scene's name for files: a bundled name, or the scene file's without its ending.
+/// Returns a scene's name for files: a bundled name, or the scene file's without its ending.
 pub(crate) fn stem(name_or_path: &str) -> String {
     let path = Path::new(name_or_path);
     // Standard input has no name.
@@ -47,14 +47,14 @@ pub(crate) fn stem(name_or_path: &str) -> String {
     stem.map_or_else(|| "image".to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// The scene's file; empty for a bundled scene.
+/// Returns the scene's file; `None` for a bundled scene.
 pub(crate) fn file(name_or_path: &str) -> Option<PathBuf> {
     let bundled = halflight_scene::bundled().iter().any(|(name, _)| *name == name_or_path);
     (!bundled).then(|| PathBuf::from(name_or_path))
 }
 
 impl Ready {
-    /// Files that the scene of this name was made of, as far as they are known: its own and its meshes.
+    /// Returns the files that the scene of this name was made of, as far as they are known: its own and its meshes.
     pub(crate) fn files(&self, name_or_path: &str) -> Vec<PathBuf> {
         let Some(scene) = file(name_or_path) else { return Vec::new() };
         let folder = scene.parent().unwrap_or(Path::new("")).to_owned();

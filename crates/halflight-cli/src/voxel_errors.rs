@@ -1,9 +1,9 @@
-//! Where voxel marching is wrong, and why: what is asked for and what is told.
+//! Failures of voxel marching: which frames can have a map of them, and their account.
 
 use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
 use halflight_cpu::voxel::VoxelConfig;
 use halflight_cpu::voxel::error_map::VoxelErrorCounts;
-use halflight_lab::voxel_errors::{Failures, OFF};
+use halflight_lab::reference::voxel_errors::{Failures, OFF};
 use serde::Serialize;
 
 /// Receivers that voxel marching gets wrong by more than the threshold, by cause, as they go into the statistics.
@@ -25,7 +25,7 @@ impl VoxelFailures {
         Self { threshold: OFF, receivers, failures, self_occlusion, thickness, out_of_view, missed }
     }
 
-    /// A line for people.
+    /// Returns a line for people.
     pub(crate) fn line(&self) -> String {
         let Self { threshold, receivers, failures, self_occlusion, thickness, out_of_view, missed } = self;
         let share = 100.0 * *failures as f64 / (*receivers).max(1) as f64;
@@ -37,7 +37,7 @@ impl VoxelFailures {
     }
 }
 
-/// The voxels' constants, where a frame of this configuration can have a failure map.
+/// Returns the voxels' constants where a frame of this configuration can have a failure map.
 ///
 /// # Errors
 /// A message that says what to choose instead.

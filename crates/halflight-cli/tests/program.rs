@@ -95,7 +95,7 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
         total > 0 && stats["peak_bytes"].as_u64().unwrap() > 0 && stats["total_ms"].as_f64().unwrap() > 0.0
     );
 
-    let image = halflight_lab::exr_file::read(&place.path("a.exr")).unwrap();
+    let image = halflight_image::ExrFile::read(&place.path("a.exr")).unwrap();
     assert_eq!((image.width, image.height, image.channels.len()), (48, 36, 23));
     assert_eq!(image.metadata["config"], stats["config"]);
     assert_eq!(image.metadata["scene"], "contact");
@@ -175,7 +175,7 @@ fn a_frame_is_the_same_by_itself_and_among_others() {
     let place = Place::new("frames");
     fs::create_dir(place.path("one")).unwrap();
     fs::write(place.path("moving.toml"), MOVING).unwrap();
-    let read = |name: &str| halflight_lab::exr_file::read(&place.path(name)).unwrap();
+    let read = |name: &str| halflight_image::ExrFile::read(&place.path(name)).unwrap();
     // Raster4d keeps bins, voxels keep a grid: nothing of them may be left over from the frame before.
     for options in ["", "--visibility beam --refiner lattice", "--visibility raster4d", "--visibility voxel"]
     {
@@ -218,7 +218,7 @@ fn the_image_does_not_depend_on_the_threads_and_does_on_the_seed() {
     for (threads, seed, name) in [(1, 0, "a.exr"), (3, 0, "b.exr"), (1, 1, "c.exr")] {
         place.good(&format!("{SMALL} --threads {threads} --seed {seed} --out {name}"));
     }
-    let channels = |name: &str| halflight_lab::exr_file::read(&place.path(name)).unwrap().channels;
+    let channels = |name: &str| halflight_image::ExrFile::read(&place.path(name)).unwrap().channels;
     assert!(channels("a.exr") == channels("b.exr"));
     assert!(channels("a.exr") != channels("c.exr"));
 }
@@ -434,12 +434,11 @@ fn reference_says_its_noise_and_goes_on_where_it_was() {
     place.good("reference contact --size 48x36 --samples 512 --out few.exr");
     place.good("reference contact --size 48x36 --samples 1024 --out more.exr");
     place.good("reference contact --size 48x36 --samples 1024 --cache other --out fresh.exr");
-    let read = |name: &str| halflight_lab::exr_file::read(&place.path(name)).unwrap();
+    let read = |name: &str| halflight_image::ExrFile::read(&place.path(name)).unwrap();
     let (few, more, fresh) = (read("few.exr"), read("more.exr"), read("fresh.exr"));
     assert!(more.channels == fresh.channels && few.channels != more.channels);
     assert_eq!(few.metadata["reference"]["samples"], 512);
-    let noise =
-        |file: &halflight_lab::exr_file::ExrFile| file.metadata["reference"]["noise_nmse2"].as_f64().unwrap();
+    let noise = |file: &halflight_image::ExrFile| file.metadata["reference"]["noise_nmse2"].as_f64().unwrap();
     assert!(noise(&few) > noise(&more) && noise(&more) > 0.0);
     // An image of the pipeline can be set against it.
     place.good(&format!("{SMALL} --out image.exr"));

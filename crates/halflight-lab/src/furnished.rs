@@ -3,32 +3,31 @@
 //!
 //! [`run`] renders each by error target, and holds the true error against the target and against what the frame expected.
 
-use halflight_cpu::prepared::PreparedScene;
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::sync::Arc;
 
+use anyhow::{Context as _, Result};
 use glam::Vec3;
 use halflight_core::scene::Scene;
 use halflight_cpu::bvh::Bvh;
 use halflight_cpu::config::{PipelineConfig, RefinerConfig};
+use halflight_cpu::prepared::PreparedScene;
 use halflight_cpu::refine::LatticeConfig;
 use halflight_metrics::{Image, nmse2, tone_map, write_file, write_png};
 use halflight_scene::SceneError;
 
-use crate::ablate::progress::Progress;
-use crate::ablate::provenance::Provenance;
-use crate::ablate::table::Table;
-use crate::ablate::{AblateError, error};
-use crate::reference::{ReferenceConfig, reference};
+use crate::reference::{ReferenceConfig, receivers, reference};
+use crate::results::{Provenance, Table};
+use crate::run::Progress;
 
-/// The error target that the program takes where none is given.
+/// Error target, NMSE₂.
 const DEFAULT_TARGET: f32 = 1e-4;
 
-/// What the experiment is called.
+/// Name of the experiment.
 pub const NAME: &str = "furnished";
 
-/// What it is about.
+/// Title of the experiment.
 pub const TITLE: &str = "Error targets on small furnished scenes that no constant was chosen by";
 
 /// Kinds of furniture, as the generator `furnished` knows them.
@@ -38,10 +37,10 @@ const KINDS: [&str; 9] =
 /// Arrangements of each kind.
 const SEEDS: u32 = 6;
 
-/// A lamp: where one of its corners lies, its edges and its radiance.
+/// Lamp: a corner, two edges and the radiance.
 struct Lamp([f64; 3], [f64; 3], [f64; 3], f64);
 
-/// A panel in the ceiling, a large one, a strip, a desk lamp, a window and a softbox.
+/// Lamps: a panel in the ceiling, a large one, a strip, a desk lamp, a window and a softbox.
 const LAMPS: [Lamp; 6] = [
     Lamp([-0.3, 2.65, -0.3], [0.6, 0.0, 0.0], [0.0, 0.0, 0.6], 20.0),
     Lamp([-1.0, 2.6, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0], 3.0),
@@ -51,12 +50,12 @@ const LAMPS: [Lamp; 6] = [
     Lamp([1.1, 2.0, 1.9], [0.55, 0.0, -0.55], [0.35, -0.5, 0.35], 12.0),
 ];
 
-/// A scene of the set, or another.
+/// Scene of the set, or another.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// Kind and number; a bundled name or a path for other scenes.
     pub name: String,
-    /// The scene file; `None` for other scenes.
+    /// Text of the scene file; `None` for other scenes.
     pub text: Option<String>,
 }
 
@@ -101,21 +100,21 @@ fn case(kind: u32, seed: u32) -> Case {
     Case { name: format!("{kind}-{seed}"), text: Some(text) }
 }
 
-/// What is rendered.
+/// Scenes, sizes and samples of a run.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// The scenes.
+    /// Scenes.
     pub cases: Vec<Case>,
     /// Sizes of the images.
     pub sizes: Vec<[u32; 2]>,
-    /// NMSE₂ to come down to.
+    /// Error target, NMSE₂.
     pub target: f32,
     /// Light samples of the references.
     pub samples: u32,
 }
 
 impl Plan {
-    /// The whole set, or every third scene small where `quick`; `scenes` instead where any are named.
+    /// Returns the whole set, or every third scene small where `quick`; `scenes` instead where any are named.
     pub fn new(scenes: &[String], size: Option<[u32; 2]>, quick: bool) -> Self {
         let step = if quick { 3 } else { 1 };
         let named = scenes.iter().map(|name| Case { name: name.clone(), text: None });
@@ -132,22 +131,22 @@ impl Plan {
         }
     }
 
-    /// Images.
+    /// Returns the number of images.
     pub fn rows(&self) -> usize {
         self.cases.len() * self.sizes.len()
     }
 }
 
-/// One image.
+/// Measurements of one image.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Its scene.
+    /// Name of the scene.
     pub scene: String,
     /// Triangles of the scene.
     pub triangles: usize,
     /// Width and height, pixels.
     pub size: [u32; 2],
-    /// NMSE₂ asked for.
+    /// Error target, NMSE₂.
     pub target: f32,
     /// True NMSE₂ against the reference.
     pub nmse2: f64,
@@ -155,19 +154,19 @@ pub struct Row {
     pub expected: f64,
     /// NMSE₂ that is left in the reference itself.
     pub noise: f64,
-    /// Receivers that were asked.
+    /// Number of fragments.
     pub fragments: u64,
-    /// Shadow rays.
+    /// Number of shadow rays.
     pub rays: u64,
 }
 
 impl Row {
-    /// Whether the error is at most twice the target.
+    /// Returns whether the error is at most twice the target.
     pub fn holds(&self) -> bool {
         self.nmse2 <= 2.0 * f64::from(self.target)
     }
 
-    /// Whether the expected error is within a factor of 2 of the true one.
+    /// Returns whether the expected error is within a factor of 2 of the true one.
     pub fn is_expected(&self) -> bool {
         (0.5..=2.0).contains(&(self.expected / self.nmse2))
     }
@@ -177,17 +176,16 @@ impl Row {
 ///
 /// # Errors
 /// A scene cannot be rendered, or a file not be written.
-pub fn run(plan: &Plan, cache: &Path, out: &Path, progress: &Progress) -> Result<Vec<Row>, AblateError> {
-    std::fs::create_dir_all(cache).map_err(error::at(cache))?;
-    std::fs::create_dir_all(out).map_err(error::at(out))?;
+pub fn run(plan: &Plan, cache: &Path, out: &Path, progress: &Progress) -> Result<Vec<Row>> {
+    fs_err::create_dir_all(cache)?;
+    fs_err::create_dir_all(out)?;
     let mut rows = Vec::with_capacity(plan.rows());
     for case in &plan.cases {
         let scene = Arc::new(case.load()?);
         if let Some(text) = &case.text {
             write_file(&out.join(format!("{}.toml", case.name)), text.as_bytes())?;
         }
-        let at = |source| AblateError::Bvh { scene: case.name.clone(), source };
-        let bvh = Arc::new(Bvh::build(&scene.mesh).map_err(at)?);
+        let bvh = Arc::new(Bvh::build(&scene.mesh).with_context(|| format!("scene {}", case.name))?);
         for &[width, height] in &plan.sizes {
             progress.now(format!("{} {width}x{height}", case.name));
             let config =
@@ -200,22 +198,20 @@ pub fn run(plan: &Plan, cache: &Path, out: &Path, progress: &Progress) -> Result
                 refiner: RefinerConfig::Lattice(refiner),
                 ..PipelineConfig::default()
             };
-            let at = |source| AblateError::Pipeline { row: case.name.clone(), source };
-            let prepared = PreparedScene::with_bvh(Scene::clone(&scene), Arc::clone(&bvh));
-            let prepared = prepared.map_err(|source| at(source.into()))?;
-            let mut pipeline = config.builder(&prepared).build().map_err(at)?;
-            let frame = pipeline.render().map_err(at)?.clone();
-            let seen = pipeline.gbuffer();
-            let mask: Vec<bool> = (0..seen.pixels()).map(|pixel| seen.is_receiver(pixel)).collect();
+            let named = || format!("row {}", case.name);
+            let prepared =
+                PreparedScene::with_bvh(Scene::clone(&scene), Arc::clone(&bvh)).with_context(named)?;
+            let mut pipeline = config.builder(&prepared).build().with_context(named)?;
+            let frame = pipeline.render().with_context(named)?.clone();
+            let mask = receivers(pipeline.gbuffer());
             let view = |pixels| Image::new(width, height, pixels)?.with_mask(&mask);
             let (image, right) = (view(&frame.irradiance)?, view(&truth.irradiance)?);
-            let at = |source| AblateError::Compare { row: case.name.clone(), source };
             let row = Row {
                 scene: case.name.clone(),
                 triangles: scene.mesh.triangle_count(),
                 size: [width, height],
                 target: plan.target,
-                nmse2: nmse2(image, right).map_err(at)?,
+                nmse2: nmse2(image, right).with_context(named)?,
                 expected: frame.stats.expected_nmse2.unwrap_or(f64::NAN),
                 noise: truth.noise_nmse2,
                 fragments: frame.stats.fragments.total,
@@ -232,7 +228,7 @@ pub fn run(plan: &Plan, cache: &Path, out: &Path, progress: &Progress) -> Result
 }
 
 /// Writes a picture of an image beside its reference and where they differ.
-fn show(row: &Row, image: &[Vec3], truth: &[Vec3], out: &Path) -> Result<(), AblateError> {
+fn show(row: &Row, image: &[Vec3], truth: &[Vec3], out: &Path) -> Result<()> {
     let [width, height] = row.size.map(|side| side as usize);
     let brightest = truth.iter().fold(0.0f32, |most, rgb| most.max(rgb.max_element()));
     let mean = truth.iter().map(|rgb| rgb.element_sum() / 3.0).sum::<f32>() / truth.len() as f32;
@@ -291,7 +287,7 @@ pub fn table(rows: &[Row], provenance: &Provenance) -> Table {
     Table::new(columns, rows.iter().map(line))
 }
 
-/// Returns what rows come to, in words: how many hold, how well errors were expected, and the worst of each.
+/// Returns a summary of rows in words: how many hold, how well errors were expected, and the worst of each.
 pub fn summary(rows: &[Row]) -> String {
     let over = |row: &Row| row.nmse2 / f64::from(row.target);
     let off = |row: &Row| (row.expected / row.nmse2).max(row.nmse2 / row.expected);

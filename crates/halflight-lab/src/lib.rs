@@ -1,20 +1,17 @@
-//! The research toolkit: image files, pictures, references and experiments.
+//! Research toolkit: references, and experiments from a file to a report.
+//!
+//! Data of an experiment flow one way: [`experiment`] says what is varied, [`run`] renders and measures it, [`results`] are
+//! the rows, [`analysis`] compares rows, [`plot`] draws charts of them and [`report`] writes the page. Beside them stand the
+//! robustness suite, the exactness suite and the experiment on furnished scenes.
 
-pub mod ablate;
-mod culled;
+pub mod analysis;
 pub mod exactness;
-pub mod exr_file;
+pub mod experiment;
 pub mod furnished;
-pub mod memory;
-pub mod picture;
+pub mod plot;
 pub mod program;
 pub mod reference;
+pub mod report;
+pub mod results;
 pub mod robustness;
-pub mod unlit;
-pub mod voxel_errors;
-
-/// Name and version, as stored in files.
-pub const PROGRAM: &str = concat!("halflight ", env!("CARGO_PKG_VERSION"));
-
-/// The commit that the program was built from, where that is known.
-pub const COMMIT: Option<&str> = option_env!("HALFLIGHT_COMMIT");
+pub mod run;

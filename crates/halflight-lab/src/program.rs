@@ -1,9 +1,13 @@
-//! Beginning, words and end of all programs: results go to standard output, everything else to standard error.
+//! Start, messages and errors of all programs: results go to standard output, everything else to standard error.
 
 use std::error::Error;
 use std::io::{self, Write};
 
 use rayon::ThreadPoolBuilder;
+
+pub use allocator::Allocator;
+
+mod allocator;
 
 /// Starts the worker threads, `asked` for by the user or by the environment, and says so where they are fewer. From then on
 /// writing beyond the limit on file sizes (`ulimit -f`) is an error and no longer the end of the program.
@@ -45,7 +49,7 @@ pub fn say(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
 
-/// An error with its causes, as far as it does not name them itself.
+/// Returns an error with its causes, as far as it does not name them itself.
 pub fn message(error: &dyn Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();

@@ -1,4 +1,4 @@
-//! What pixels see, against brute force in double precision.
+//! Primary hits against brute force in double precision.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail their test")]
 

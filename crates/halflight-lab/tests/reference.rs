@@ -189,7 +189,7 @@ fn what_cannot_be_rendered_is_refused() {
     assert!(matches!(fault(ReferenceConfig { width: 0, ..config(1) }), ReferenceError::Pipeline(_)));
     let large = ReferenceConfig { width: 32_768, height: 32_768, ..config(1) };
     assert!(
-        halflight_lab::memory::available().is_none() || matches!(fault(large), ReferenceError::Memory(_))
+        halflight_image::memory::available().is_none() || matches!(fault(large), ReferenceError::Memory(_))
     );
 }
 

@@ -12,5 +12,7 @@ pub use halflight_cpu::{
 };
 #[cfg(feature = "gpu")]
 pub use halflight_gpu as gpu;
+#[cfg(feature = "image")]
+pub use halflight_image as image;
 pub use halflight_metrics as metrics;
 pub use halflight_scene as scene_file;

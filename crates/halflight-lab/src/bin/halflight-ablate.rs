@@ -1,21 +1,18 @@
 //! Runs an experiment: `cargo xtask ablate` passes its arguments on to this program.
 
-use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
+use anyhow::{Error, Result, bail};
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
-use halflight_lab::ablate::bundled::EXPERIMENTS;
-use halflight_lab::ablate::device::Device;
-use halflight_lab::ablate::progress::Progress;
-use halflight_lab::ablate::provenance::Provenance;
-use halflight_lab::ablate::run::{Places, run};
-use halflight_lab::ablate::{AblateError, Experiment, output};
-use halflight_lab::memory::Allocator;
-use halflight_lab::program::{self, message, say};
-use halflight_lab::{furnished, robustness};
+use halflight_lab::experiment::Experiment;
+use halflight_lab::experiment::bundled::EXPERIMENTS;
+use halflight_lab::program::{self, Allocator, message, say};
+use halflight_lab::results::Provenance;
+use halflight_lab::run::{Device, Places, Progress, run};
+use halflight_lab::{furnished, report, robustness};
 
 #[global_allocator]
 static ALLOCATOR: Allocator = Allocator;
@@ -62,8 +59,8 @@ fn size(text: &str) -> Result<[u32; 2], String> {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let run = || if arguments.list { list() } else { Ok(ablate(&arguments)?) };
-    match program::prepare(None).map_err(Into::into).and_then(|()| run()) {
+    let run = || if arguments.list { list() } else { ablate(&arguments) };
+    match program::prepare(None).map_err(Error::msg).and_then(|()| run()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(fault) => {
             say(&format!("error: {}", message(fault.as_ref())));
@@ -72,7 +69,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn list() -> Result<(), Box<dyn Error>> {
+fn list() -> Result<()> {
     let mut lines = String::new();
     for (name, text) in EXPERIMENTS {
         lines += &format!("{name:17} {}\n", Experiment::parse(text, name)?.title);
@@ -80,16 +77,16 @@ fn list() -> Result<(), Box<dyn Error>> {
     for (name, title) in [(robustness::NAME, robustness::TITLE), (furnished::NAME, furnished::TITLE)] {
         lines += &format!("{name:17} {title}\n");
     }
-    Ok(program::print(&lines)?)
+    program::print(&lines).map_err(Error::msg)
 }
 
-fn ablate(arguments: &Arguments) -> Result<(), AblateError> {
+fn ablate(arguments: &Arguments) -> Result<()> {
     let start = Instant::now();
     if [robustness::NAME, robustness::OLD_NAME].contains(&arguments.name.as_str()) {
         return robustness(arguments);
     }
     if arguments.case.is_some() {
-        return Err(AblateError::Option("--case is for `robustness` only"));
+        bail!("--case is for `robustness` only");
     }
     if arguments.name == furnished::NAME {
         return furnished(arguments);
@@ -107,12 +104,12 @@ fn ablate(arguments: &Arguments) -> Result<(), AblateError> {
     let places = Places { out: folder(arguments, &experiment.name), references: root().join("references") };
     let device = Device::open(&arguments.device)?;
     if experiment.flicker.is_some() && !matches!(device, Device::Cpu) {
-        return Err(AblateError::Option("flicker is measured on the CPU only: leave out --device"));
+        bail!("flicker is measured on the CPU only: leave out --device");
     }
     let provenance = Provenance::of_this_run(device.name());
     let command = command(arguments, &experiment.name);
     let outcome = run(&experiment, &places, &device, &provenance, |outcome| {
-        output::write(&experiment, outcome, &places, &command)
+        report::write(&experiment, outcome, &places.out, &command)
     })?;
     say(&format!(
         "{} rows in {:.0} s: {}",
@@ -123,14 +120,12 @@ fn ablate(arguments: &Arguments) -> Result<(), AblateError> {
     Ok(())
 }
 
-fn robustness(arguments: &Arguments) -> Result<(), AblateError> {
+fn robustness(arguments: &Arguments) -> Result<()> {
     if arguments.size.is_some() || !arguments.scene.is_empty() {
-        return Err(AblateError::Option(
-            "`robustness` has scenes and sizes of its own: leave out --scene and --size",
-        ));
+        bail!("`robustness` has scenes and sizes of its own: leave out --scene and --size");
     }
     if arguments.device != "cpu" {
-        return Err(AblateError::Option("`robustness` is measured on the CPU only: leave out --device"));
+        bail!("`robustness` is measured on the CPU only: leave out --device");
     }
     let start = Instant::now();
     let plan = robustness::Plan::new(arguments.case.as_deref(), arguments.quick)?;
@@ -151,9 +146,9 @@ fn robustness(arguments: &Arguments) -> Result<(), AblateError> {
     robustness::check(&rows)
 }
 
-fn furnished(arguments: &Arguments) -> Result<(), AblateError> {
+fn furnished(arguments: &Arguments) -> Result<()> {
     if arguments.device != "cpu" {
-        return Err(AblateError::Option("`furnished` is measured on the CPU only: leave out --device"));
+        bail!("`furnished` is measured on the CPU only: leave out --device");
     }
     let plan = furnished::Plan::new(&arguments.scene, arguments.size, arguments.quick);
     let out = folder(arguments, furnished::NAME);
@@ -167,19 +162,19 @@ fn furnished(arguments: &Arguments) -> Result<(), AblateError> {
     Ok(())
 }
 
-/// Where experiments write to.
+/// Returns the folder that experiments write to.
 fn root() -> PathBuf {
     PathBuf::from("target").join("ablate")
 }
 
-/// Where this one does.
+/// Returns the folder that this experiment writes to.
 fn folder(arguments: &Arguments, name: &str) -> PathBuf {
     let device = if arguments.device == "cpu" { String::new() } else { format!("-{}", arguments.device) };
     let folder = format!("{name}{device}{}", if arguments.quick { "-quick" } else { "" });
     arguments.out.clone().unwrap_or_else(|| root().join(folder))
 }
 
-/// The command that gives this report, without folders: reports are passed on.
+/// Returns the command that gives this report, without folders: reports are passed on.
 fn command(arguments: &Arguments, name: &str) -> String {
     let mut command = format!("cargo xtask ablate {name}");
     if let Some(case) = &arguments.case {

@@ -1,21 +1,19 @@
 //! Holds exact backends against each other and against brute force: `cargo xtask exactness` passes its arguments on to
 //! this program.
 
-use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
+use anyhow::{Error, Result};
 use clap::Parser;
-use halflight_core::gbuffer::GBuffer;
 use halflight_cpu::bvh::Bvh;
-use halflight_cpu::gbuffer;
-use halflight_lab::ablate::provenance::Provenance;
 use halflight_lab::exactness::certificates::{self, Outcome};
 use halflight_lab::exactness::primary::{self, PrimaryAgreement};
-use halflight_lab::exactness::{self, ExactnessError, Record, SCENES, Settings};
-use halflight_lab::memory::Allocator;
-use halflight_lab::program::{self, message, say};
+use halflight_lab::exactness::{self, Record, SCENES, Settings};
+use halflight_lab::program::{self, Allocator, message, say};
+use halflight_lab::reference::seen;
+use halflight_lab::results::Provenance;
 use indicatif::{HumanCount, ProgressBar, ProgressStyle};
 
 #[global_allocator]
@@ -67,7 +65,7 @@ fn count(text: &str) -> Result<u64, String> {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    match program::prepare(None).map_err(Into::into).and_then(|()| run(&arguments)) {
+    match program::prepare(None).map_err(Error::msg).and_then(|()| run(&arguments)) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(fault) => {
@@ -77,15 +75,15 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether all is as it should be.
-fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
+/// Returns whether nothing differs.
+fn run(arguments: &Arguments) -> Result<bool> {
     // Known before hours of work, not after.
     exactness::check_folder(&arguments.out)?;
     let provenance = Provenance::of_this_run("cpu".to_string());
     let mut right = true;
     if !arguments.only_certificates {
         let records = scenes(arguments)?;
-        program::print(&exactness::table(&records))?;
+        program::print(&exactness::table(&records)).map_err(Error::msg)?;
         let columns = ["scene", "triangles", "bvh_against", "pairs", "different"];
         exactness::write_csv(
             &arguments.out,
@@ -112,7 +110,7 @@ fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         let bar = bar("certificates", arguments.certificates);
         let outcome = certificates::attack(arguments.certificates, arguments.seed, |cases| bar.inc(cases))?;
         bar.finish_and_clear();
-        program::print(&(account(&outcome) + "\n"))?;
+        program::print(&(account(&outcome) + "\n")).map_err(Error::msg)?;
         let (columns, rows) = (&Outcome::COLUMNS, &[outcome]);
         exactness::write_csv(&arguments.out, "certificates.csv", columns, rows, arguments.seed, &provenance)?;
         if outcome.cases < arguments.certificates {
@@ -126,24 +124,23 @@ fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     Ok(right)
 }
 
-/// The scenes to compare.
+/// Returns the scenes to compare.
 fn names(arguments: &Arguments) -> Vec<String> {
     if arguments.scene.is_empty() { SCENES.map(str::to_string).to_vec() } else { arguments.scene.clone() }
 }
 
-/// What pixels see in each scene, against brute force.
-fn primary_hits(arguments: &Arguments) -> Result<Vec<(String, usize, PrimaryAgreement)>, ExactnessError> {
+/// Compares primary hits in each scene with brute force.
+fn primary_hits(arguments: &Arguments) -> Result<Vec<(String, usize, PrimaryAgreement)>> {
     let side = u32::from(arguments.primary);
     let one = |name: String| {
         let scene = halflight_scene::resolve(&name)?.scene;
-        let mut seen = GBuffer::default();
-        gbuffer::trace(&Bvh::build(&scene.mesh)?, &scene, side, side, &mut seen);
+        let seen = seen(&scene, &Bvh::build(&scene.mesh)?, [side, side]);
         Ok((name, scene.mesh.triangle_count(), primary::check(&scene, &seen)))
     };
     names(arguments).into_iter().map(one).collect()
 }
 
-fn scenes(arguments: &Arguments) -> Result<Vec<Record>, ExactnessError> {
+fn scenes(arguments: &Arguments) -> Result<Vec<Record>> {
     let settings =
         Settings { pairs: arguments.pairs, brute_force: arguments.brute_force, seed: arguments.seed };
     let mut records = Vec::new();
@@ -165,7 +162,7 @@ fn scenes(arguments: &Arguments) -> Result<Vec<Record>, ExactnessError> {
     Ok(records)
 }
 
-/// A progress bar on standard error, hidden where that is no terminal.
+/// Returns a progress bar on standard error, hidden where that is no terminal.
 fn bar(what: &str, length: u64) -> ProgressBar {
     let bar = ProgressBar::new(length).with_message(what.to_string());
     let style = ProgressStyle::with_template("{msg:14} {bar:30} {human_pos}/{human_len}, {elapsed}");
@@ -173,7 +170,7 @@ fn bar(what: &str, length: u64) -> ProgressBar {
     bar
 }
 
-/// Attacks in words.
+/// Returns the outcome of attacks in words.
 fn account(outcome: &Outcome) -> String {
     let Outcome { groups, proved, lit, umbra, cases, pairs, different, broken } = *outcome;
     let [groups, proved, lit, umbra, cases, pairs] =

@@ -1,7 +1,7 @@
-//! Exactness: masks of all exact backends, held against each other and against brute force bit for bit.
+//! Exactness suite: masks of all exact backends are compared with each other and with brute force bit for bit.
 //!
-//! [`check`] asks them about the receivers of images of a scene; [`primary`] holds what pixels see against brute force;
-//! [`certificates`] tries to break what beams prove without asking.
+//! [`check`] compares masks of the receivers of images of a scene; [`primary`] compares primary hits with brute force;
+//! [`certificates`] attacks the proofs of beams.
 
 pub mod certificates;
 pub mod primary;
@@ -10,6 +10,7 @@ mod truth;
 use std::path::Path;
 use std::sync::Arc;
 
+use anyhow::{Result, bail};
 use halflight_core::frame::{Frame, Sharing};
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::mask::{MaskBatch, Purpose};
@@ -17,74 +18,49 @@ use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::Scene;
 use halflight_core::stages::Visibility;
-use halflight_cpu::bvh::{Bvh, BvhError};
+use halflight_cpu::bvh::Bvh;
 use halflight_cpu::config::{Named, VisibilityConfig};
 use halflight_cpu::gbuffer;
 use halflight_cpu::horizon;
 use halflight_cpu::pipeline::PipelineError;
-use halflight_metrics::{WriteError, write_file};
-use halflight_scene::SceneError;
+use halflight_metrics::WriteError;
 use serde::Serialize;
 
-use crate::ablate::provenance::Provenance;
+use crate::results::{self, Provenance};
 
-/// The scenes that are compared where none is named.
+/// Scenes that are compared where none is named.
 pub const SCENES: [&str; 5] = ["atrium", "nave", "hairball", "tree", "soup"];
 
-/// The patterns of all comparisons; 4D rasterization cannot answer the last.
+/// Patterns of all comparisons; 4D rasterization cannot answer the last.
 const PATTERNS: [Pattern; 3] = [
     Pattern { kind: PatternKind::Grid, columns: 8, rows: 8 },
     Pattern { kind: PatternKind::ShiftedRows, columns: 16, rows: 16 },
     Pattern { kind: PatternKind::Jittered, columns: 8, rows: 8 },
 ];
 
-/// Why backends cannot be compared.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ExactnessError {
-    /// A scene cannot be loaded.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// A BVH cannot be built.
-    #[error(transparent)]
-    Bvh(#[from] BvhError),
-    /// A backend cannot be set up.
-    #[error(transparent)]
-    Backend(#[from] PipelineError),
-    /// No receiver in view has the light above its horizon.
-    #[error("nothing in view faces the light, so that there is nothing to compare")]
-    Nothing,
-    /// A table cannot be written.
-    #[error(transparent)]
-    Write(#[from] WriteError),
-    /// A table cannot be put into words.
-    #[error(transparent)]
-    Csv(#[from] csv::Error),
-}
-
-/// How much is compared.
+/// Number of pairs that are compared, and their seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
-    /// Pairs of a receiver and a light sample that every backend is asked for at least.
+    /// Least number of pairs of a receiver and a light sample that every backend is asked for.
     pub pairs: u64,
-    /// Pairs of these that brute force is asked for at least.
+    /// Least number of these pairs that brute force is asked for.
     pub brute_force: u64,
     /// Seed of the light samples and of the choice of receivers for brute force.
     pub seed: u32,
 }
 
-/// A backend and what it is called.
+/// Backend and its name.
 pub struct Backend {
-    /// Its name in tables.
+    /// Name in tables.
     pub name: &'static str,
-    /// The backend.
+    /// Backend under this name.
     pub visibility: Box<dyn Visibility>,
 }
 
-/// The exact backends: `bvh`, which the others are held against, `raster4d`, `beam` and `auto`.
+/// Returns the exact backends: `bvh`, which the others are compared with, `raster4d`, `beam` and `auto`.
 ///
 /// # Errors
-/// One cannot be set up.
+/// A backend cannot be set up.
 pub fn backends(bvh: &Arc<Bvh>) -> Result<Vec<Backend>, PipelineError> {
     let exact = VisibilityConfig::NAMES.iter().filter(|&&name| name != "voxel");
     exact
@@ -93,14 +69,14 @@ pub fn backends(bvh: &Arc<Bvh>) -> Result<Vec<Backend>, PipelineError> {
         .collect()
 }
 
-/// What one backend, or brute force, was found to say of a scene, against the first backend.
+/// Comparison of a backend, or brute force, with the first backend in a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Agreement {
-    /// The backend.
+    /// Name of the backend.
     pub name: &'static str,
-    /// Pairs that were compared.
+    /// Number of pairs that were compared.
     pub pairs: u64,
-    /// Pairs about which the two say different things.
+    /// Number of pairs in which the two differ.
     pub different: u64,
 }
 
@@ -121,14 +97,14 @@ impl Agreement {
 /// have been compared.
 ///
 /// # Errors
-/// [`ExactnessError::Nothing`] where an image has nothing to ask about.
+/// An image has nothing to ask about.
 pub fn check(
     scene: &Scene,
     bvh: &Bvh,
     backends: &mut [Backend],
     settings: &Settings,
     mut progress: impl FnMut(u64),
-) -> Result<Vec<Agreement>, ExactnessError> {
+) -> Result<Vec<Agreement>> {
     let mut brute_force = Agreement::new("brute force");
     let mut agreements: Vec<_> =
         backends.iter().skip(1).map(|backend| Agreement::new(backend.name)).collect();
@@ -174,7 +150,7 @@ pub fn check(
             }
         }
         if asked == 0 {
-            return Err(ExactnessError::Nothing);
+            bail!("nothing in view faces the light, so that there is nothing to compare");
         }
         if agreements.iter().all(|agreement| agreement.pairs >= settings.pairs) {
             break;
@@ -185,7 +161,7 @@ pub fn check(
     Ok(agreements)
 }
 
-/// A query for every receiver in view, without samples below a horizon.
+/// Returns a query for every receiver in view, without samples below a horizon.
 fn questions(frame: &Frame, light: u32) -> MaskBatch {
     let mut batch = MaskBatch::default();
     batch.reset(light, frame.pattern, Purpose::Final);
@@ -200,22 +176,22 @@ fn questions(frame: &Frame, light: u32) -> MaskBatch {
     batch
 }
 
-/// A row of the table: a backend in a scene.
+/// Row of the table: a backend in a scene.
 #[derive(Clone, Debug, Serialize)]
 pub struct Record {
-    /// The scene.
+    /// Name of the scene.
     pub scene: String,
-    /// Its triangles.
+    /// Triangles of the scene.
     pub triangles: usize,
-    /// The backend that was compared with `bvh`.
+    /// Backend that was compared with `bvh`.
     pub backend: &'static str,
-    /// Pairs of a receiver and a light sample.
+    /// Number of pairs of a receiver and a light sample.
     pub pairs: u64,
-    /// Pairs about which they differ.
+    /// Number of pairs in which they differ.
     pub different: u64,
 }
 
-/// The rows as a table for people.
+/// Returns the rows as a table for people.
 pub fn table(records: &[Record]) -> String {
     let mut text = format!(
         "{:<14} {:>10}  {:<12} {:>12} {:>10}\n",
@@ -238,16 +214,13 @@ pub fn write_csv<T: Serialize>(
     records: &[T],
     seed: u32,
     provenance: &Provenance,
-) -> Result<(), ExactnessError> {
-    let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
-    writer.write_record(header.iter().chain(&["seed", "commit", "machine"]))?;
-    for record in records {
-        writer.serialize((record, seed, &provenance.commit, &provenance.machine))?;
-    }
-    let bytes = writer.into_inner().map_err(|fault| csv::Error::from(fault.into_error()))?;
+) -> Result<()> {
     check_folder(folder)?;
-    write_file(&folder.join(name), &bytes)?;
-    Ok(())
+    results::table::write(&folder.join(name), false, |writer| {
+        writer.write_record(header.iter().chain(&["seed", "commit", "machine"]))?;
+        let whole = |record| (record, seed, &provenance.commit, &provenance.machine);
+        records.iter().try_for_each(|record| writer.serialize(whole(record)))
+    })
 }
 
 /// Makes a folder for tables, unless it is there.

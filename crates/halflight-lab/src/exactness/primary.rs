@@ -1,4 +1,4 @@
-//! Primary visibility held against brute force over all triangles in double precision.
+//! Primary hits compared with brute force over all triangles in double precision.
 //!
 //! Each triangle is asked about every pixel whose centre may see it: those in the rectangle around its corners' projections,
 //! or all of them where it reaches behind the eye. Nothing is shared with the renderer but the pixels' directions.
@@ -10,25 +10,25 @@ use halflight_core::scene::Scene;
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Rows that a task compares.
+/// Number of rows that a task compares.
 const BAND: usize = 8;
 
-/// Depths that differ by less, relative to themselves, are ties: far more than the rounding of a G-buffer's depth, 2⁻²⁴.
+/// Relative difference of depths below which they are ties: far more than the rounding of a G-buffer's depth, 2⁻²⁴.
 const TIE: f64 = 1e-6;
 
 /// Comparison of a G-buffer with brute force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct PrimaryAgreement {
-    /// Pixels that were compared.
+    /// Number of pixels that were compared.
     pub pixels: u64,
-    /// Pixels where another triangle is certainly nearer, by more than a millionth of its distance, or where the triangle seen
+    /// Number of pixels where another triangle is certainly nearer, by more than a millionth of its distance, or where the triangle seen
     /// is certainly not on the pixel's ray.
     pub different: u64,
-    /// Pixels whose ray passes so near an edge that double precision cannot tell on which side.
+    /// Number of pixels whose ray passes so near an edge that double precision cannot tell on which side.
     pub open: u64,
 }
 
-/// A triangle and the pixels that may see it.
+/// Triangle and the pixels that may see it.
 struct Candidate {
     index: u32,
     corners: [DVec3; 3],
@@ -37,7 +37,7 @@ struct Candidate {
     rows: [usize; 2],
 }
 
-/// Where a ray passes a triangle.
+/// Side on which a ray passes a triangle.
 enum Passes {
     Outside,
     Inside(f64),
@@ -45,7 +45,7 @@ enum Passes {
     Unknown,
 }
 
-/// Compares what each pixel's centre sees with brute force. `seen` must be the scene's own G-buffer.
+/// Compares the triangle at each pixel's centre with brute force. `seen` must be the scene's own G-buffer.
 pub fn check(scene: &Scene, seen: &GBuffer) -> PrimaryAgreement {
     let view = View::new(&scene.camera, seen.width, seen.height);
     let (width, height) = (seen.width as usize, seen.height as usize);
@@ -93,7 +93,7 @@ impl Candidate {
         Some(Self { columns: range(view.right, size[0])?, rows: range(view.down, size[1])?, ..all })
     }
 
-    /// Where a ray from the eye passes the triangle, with twice the error that its products may have.
+    /// Returns where a ray from the eye passes the triangle, with twice the error that its products may have.
     fn passes(&self, eye: DVec3, d: DVec3) -> Passes {
         let [a, b, c] = self.corners.map(|corner| corner - eye);
         let size = |p: DVec3, q: DVec3| {
@@ -128,7 +128,7 @@ fn compare_band(
 ) -> PrimaryAgreement {
     let eye = view.eye.as_dvec3();
     let count = (rows[1] + 1 - rows[0]) * width;
-    // Whether brute force contradicts, and whether it cannot tell.
+    // Pixels where brute force contradicts, cannot tell, or meets the triangle that is seen.
     let (mut different, mut open, mut met) = (vec![false; count], vec![false; count], vec![false; count]);
     for candidate in candidates {
         for y in candidate.rows[0].max(rows[0])..=candidate.rows[1].min(rows[1]) {

@@ -1,4 +1,4 @@
-//! Brute force over all triangles of a scene, made bearable without giving anything away.
+//! Brute force over all triangles of a scene. Boxes leave out only what cannot be met.
 
 use std::collections::HashSet;
 
@@ -42,7 +42,7 @@ pub(super) fn compare(
     }
 }
 
-/// What a receiver sees of the samples it wants.
+/// Returns the mask of a receiver over the samples that it wants.
 ///
 /// A segment and a triangle that meet have a point in common, and so have the boxes around them. Boxes are compared
 /// coordinate by coordinate, without arithmetic and so without rounding: what is left out here cannot be met.
@@ -69,7 +69,7 @@ fn truth(frame: &Frame, batch: &MaskBatch, query: usize) -> Vec<u64> {
     visible
 }
 
-/// The smallest closed box around points.
+/// Smallest closed box around points.
 struct Bounds {
     low: Vec3,
     high: Vec3,

@@ -1,24 +1,26 @@
 //! The sums of a reference in progress, in memory and on disk.
 
+use std::hash::Hasher as _;
 use std::path::Path;
 
+use fnv::FnvHasher;
 use halflight_core::scene::Scene;
 use halflight_metrics::{WriteError, check_output, write_file};
 
 use super::{PASS, ReferenceConfig, ReferenceError};
 
-/// What every state file starts with; changed whenever older sums would not be continued the same way.
+/// First bytes of every state file; changed whenever older sums would not be continued in the same way.
 const MAGIC: [u8; 8] = *b"HLREF 1\n";
 
-/// Bytes before the sums: magic, key, passes, pixels, lights.
+/// Number of bytes before the sums: magic, key, passes, pixels, lights.
 const HEADER: usize = 40;
 
 /// `[Σ g V, Σ g]` of every pixel, for each half and light.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct State {
-    /// What the sums belong to.
+    /// Hash of the image that the sums belong to.
     key: u64,
-    /// Passes added so far.
+    /// Number of passes added so far.
     pub(super) passes: u32,
     pixels: usize,
     lights: usize,
@@ -41,7 +43,7 @@ impl State {
     /// Makes the folder of a state, and makes sure that the state can be saved in it.
     pub(super) fn check_path(path: &Path) -> Result<(), ReferenceError> {
         if let Some(folder) = path.parent() {
-            std::fs::create_dir_all(folder)
+            fs_err::create_dir_all(folder)
                 .map_err(|source| WriteError { path: folder.to_owned(), source })?;
         }
         Ok(check_output(path)?)
@@ -54,9 +56,9 @@ impl State {
         content.extend(MAGIC);
         content.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
         content.extend(totals.iter().flat_map(|total| total.to_le_bytes()));
-        let mut check = Fnv::default();
-        check.add(&content);
-        content.extend(check.0.to_le_bytes());
+        let mut check = FnvHasher::default();
+        check.write(&content);
+        content.extend(check.finish().to_le_bytes());
         Ok(write_file(path, &content)?)
     }
 
@@ -80,9 +82,9 @@ impl State {
 
     fn decode(bytes: &[u8]) -> Option<Self> {
         let (content, check) = bytes.split_last_chunk::<8>()?;
-        let mut expected = Fnv::default();
-        expected.add(content);
-        if u64::from_le_bytes(*check) != expected.0 || !content.starts_with(&MAGIC) {
+        let mut expected = FnvHasher::default();
+        expected.write(content);
+        if u64::from_le_bytes(*check) != expected.finish() || !content.starts_with(&MAGIC) {
             return None;
         }
         let (header, totals) = content.split_at_checked(HEADER)?;
@@ -102,10 +104,11 @@ impl State {
     }
 }
 
-/// A name for all that a reference's samples depend on. Materials are left out: irradiance does not know them.
+/// Returns a hash of all that a reference's samples depend on: equal on every machine and with every compiler. Materials
+/// are left out, since irradiance does not depend on them.
 pub(super) fn key(scene: &Scene, config: &ReferenceConfig) -> u64 {
-    let mut hash = Fnv::default();
-    let mut words = |values: &[u32]| values.iter().for_each(|value| hash.add(&value.to_le_bytes()));
+    let mut hash = FnvHasher::default();
+    let mut words = |values: &[u32]| values.iter().for_each(|value| hash.write(&value.to_le_bytes()));
     words(&[PASS, config.width, config.height, config.seed]);
     words(&[scene.mesh.positions.len() as u32, scene.mesh.triangles.len() as u32, scene.lights.len() as u32]);
     for position in &scene.mesh.positions {
@@ -123,22 +126,5 @@ pub(super) fn key(scene: &Scene, config: &ReferenceConfig) -> u64 {
         words(&vector.to_array().map(f32::to_bits));
     }
     words(&[camera.fov_y_deg.to_bits()]);
-    hash.0
-}
-
-/// The 64-bit FNV-1a hash: the same on every machine and with every compiler.
-struct Fnv(u64);
-
-impl Default for Fnv {
-    fn default() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-}
-
-impl Fnv {
-    fn add(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
-        }
-    }
+    hash.finish()
 }

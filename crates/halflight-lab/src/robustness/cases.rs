@@ -1,11 +1,11 @@
-//! The cases: small scenes, each with one thing in it that methods are known to stumble over.
+//! Cases: small scenes, each with one difficulty.
 
 use glam::Vec3;
 use halflight_core::scene::Scene;
 
 use super::scenes::{Set, parallelogram, square_light};
 
-/// The case that all methods should find easy, and that the others are compared with.
+/// Name of the case that all methods should find easy, and that the others are compared with.
 pub const EASY: &str = "easy";
 
 /// Width and height of most cases, pixels.
@@ -14,20 +14,20 @@ const SIZE: [u32; 2] = [128, 96];
 /// Steps of the camera in [`Case::scenes`] where it moves, each this share of a pixel.
 const STEP: f32 = 0.25;
 
-/// A scene, or several that are seen one after the other, and what their pictures are held against.
+/// Scene, or several that are seen one after the other, and the reference of their pictures.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// Name in tables and files.
     pub name: &'static str,
-    /// What there is to stumble over, in a few words.
+    /// Difficulty of the case, in a few words.
     pub title: &'static str,
     /// Image width and height, pixels.
     pub size: [u32; 2],
-    /// The scene. Where there are several, what counts is how the picture changes from one to the next.
+    /// Scene, or several, whose pictures are compared by how they change from one to the next.
     pub scenes: Vec<Scene>,
-    /// A scene whose pictures must be the same, and whose reference is taken; the scene itself where there is none.
+    /// Scene whose pictures must be equal, and whose reference is taken; `None` for the scene itself.
     pub like: Option<Scene>,
-    /// Whether the images are too large for all methods.
+    /// Set for images that are too large for all methods.
     pub large: bool,
 }
 
@@ -36,7 +36,7 @@ impl Case {
         Self { name, title, size: SIZE, scenes: vec![set.0], like: None, large: false }
     }
 
-    /// The easy scene at a size, seen at `fov_y_deg` degrees: wide images of few rows would see all of the horizon.
+    /// Returns the easy scene at a size, seen at `fov_y_deg` degrees: wide images of few rows would see all of the horizon.
     fn sized(name: &'static str, title: &'static str, size: [u32; 2], fov_y_deg: f32) -> Self {
         let mut set = Set::blocker();
         // On the edge of the shadow, so that a single pixel has something to show.
@@ -49,7 +49,7 @@ impl Case {
     }
 }
 
-/// All cases, the easy one first.
+/// Returns all cases, the easy one first.
 pub fn all() -> Vec<Case> {
     let mut cases = vec![
         Case::new(EASY, "a blocker over a floor: umbra, penumbra, open floor", Set::blocker()),
@@ -68,7 +68,7 @@ fn flat_field() -> Set {
     camera(Set::floor().light(square_light(Vec3::new(0.0, 10.0, 0.0), 2.0)))
 }
 
-/// Receivers and occluders thinner than fragments, cells and voxels.
+/// Returns cases of receivers and occluders thinner than fragments, cells and voxels.
 fn thin() -> [Case; 8] {
     // A pixel of the usual camera is 4 cm on the middle of the floor across the view and 8 cm along it.
     let mut strips = Set::bare();
@@ -134,7 +134,7 @@ fn thin() -> [Case; 8] {
     ]
 }
 
-/// Contact, acne, leaks, and what cannot be seen.
+/// Returns cases of contact, acne, leaks and occluders out of view.
 fn close() -> [Case; 7] {
     let contact = Set::floor()
         .block(Vec3::new(-0.5, -0.01, -0.5), Vec3::new(0.5, 1.0, 0.5))
@@ -180,7 +180,7 @@ fn close() -> [Case; 7] {
     ]
 }
 
-/// Lights in awkward places and of awkward sizes, and receivers seen or lit at a glancing angle.
+/// Returns cases of lights in awkward places and of awkward sizes, and receivers seen or lit at a glancing angle.
 fn lights() -> [Case; 11] {
     let blocker_under = |light| Set::blocker().light(light);
     let posts_under = |light| {
@@ -239,7 +239,7 @@ fn lights() -> [Case; 11] {
     ]
 }
 
-/// The same scene in other units and elsewhere, and a camera that creeps.
+/// Returns the easy scene in other units and elsewhere, and a camera that creeps.
 fn places() -> [Case; 6] {
     let steps = (0..5).map(|step| {
         let mut set = Set::blocker();

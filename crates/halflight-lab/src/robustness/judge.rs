@@ -1,4 +1,4 @@
-//! The verdict on one picture: what it is held against, and the limits, all of them.
+//! Verdict on one picture, with the errors that it is compared with and all limits.
 
 use std::fmt;
 
@@ -8,22 +8,22 @@ use glam::Vec3;
 /// yardsticks are raised to it, so that no method is called degraded for errors that nobody sees.
 pub const NOTHING: f64 = 1e-5;
 
-/// NMSE₂ that a method is granted in the easy case: 3 % of the irradiance. What is worse there cannot be an excuse
+/// NMSE₂ that a method is granted in the easy case: 3 % of the irradiance. A larger error there does not excuse errors
 /// elsewhere.
 pub const GRANTED: f64 = 1e-3;
 
 /// Share of the error of a picture without shadows from which on a shadow is lost: all of it but for rounding.
 const NEARLY: f64 = 0.999;
 
-/// A picture is degraded when its NMSE₂ is more than this many times the yardstick: twice the RMS error, well above what
+/// Factor over the yardstick above which the NMSE₂ of a picture is degraded: twice the RMS error, well above what
 /// another set of light samples would change.
 pub const DEGRADED: f64 = 4.0;
 
-/// A picture fails when its NMSE₂ is above this: its RMS error is a tenth of the RMS irradiance, and shadows are plainly
+/// NMSE₂ above which a picture fails: its RMS error is a tenth of the RMS irradiance, and shadows are plainly
 /// missing, misplaced or added.
 pub const FAILS: f64 = 1e-2;
 
-/// What is wrong with a picture in itself, whatever it should look like. No method may ever do this.
+/// Fault of a picture in itself, whatever it should look like. No method may have one.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fault {
     /// NaN or infinite.
@@ -59,7 +59,7 @@ impl fmt::Display for Fault {
     }
 }
 
-/// How far pictures are from their references.
+/// Distance of pictures from their references.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
     /// Σ (a − b)² / Σ b²; of the differences between pictures where there are several.
@@ -81,33 +81,33 @@ pub struct Yardsticks {
 }
 
 impl Yardsticks {
-    /// How many times the NMSE₂ is above what can be asked of the method: the larger of its own error in the easy case
+    /// Returns how many times the NMSE₂ is above what can be asked of the method: the larger of its own error in the easy case
     /// (up to [`GRANTED`]) and that of every pixel in this one, and no less than [`NOTHING`].
     pub fn times(&self, nmse2: f64) -> f64 {
         nmse2 / self.easy.min(GRANTED).max(self.every_pixel).max(NOTHING)
     }
 
-    /// Whether the picture might as well have no shadow, where every pixel tells that there is one.
+    /// Returns whether the picture might as well have no shadow, where every pixel tells that there is one.
     fn shadow_is_lost(&self, nmse2: f64) -> bool {
         nmse2 >= self.unshadowed * NEARLY && self.unshadowed > DEGRADED * self.every_pixel.max(NOTHING)
     }
 }
 
-/// The verdict.
+/// Verdict on a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
     /// As good as can be asked.
     Pass,
-    /// The error is so many times the yardstick.
+    /// The error is this many times the yardstick.
     Degraded(f64),
-    /// So many times, and the picture is wrong: above [`FAILS`], or no better than without any shadow.
+    /// The error is this many times the yardstick, and above [`FAILS`] or no better than without any shadow.
     Wrong(f64),
-    /// The picture is none.
+    /// There is no sound picture.
     Broken(Fault),
 }
 
 impl Verdict {
-    /// The word in tables.
+    /// Returns the word in tables.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Pass => "pass",
@@ -116,16 +116,26 @@ impl Verdict {
         }
     }
 
-    /// How many times the yardstick the error is, where that says something.
+    /// Returns how many times the yardstick the error is, for sound pictures that do not pass.
     pub fn times(&self) -> Option<f64> {
         match self {
             &Self::Degraded(times) | &Self::Wrong(times) => Some(times),
             _ => None,
         }
     }
+
+    /// Returns how bad the verdict is, to sort by: kind first, then times.
+    pub fn badness(&self) -> (u8, f64) {
+        match self {
+            Self::Pass => (0, 0.0),
+            &Self::Degraded(times) => (1, times),
+            &Self::Wrong(times) => (2, times),
+            Self::Broken(_) => (3, 0.0),
+        }
+    }
 }
 
-/// Looks for what must never be in a picture of this width.
+/// Refuses values that no picture of this width may have.
 ///
 /// # Errors
 /// The first fault.
@@ -175,7 +185,7 @@ pub fn figure(
     Figure { nmse2: over(error, energy), worst: over(worst, peak) }
 }
 
-/// The verdict on a figure.
+/// Returns the verdict on a figure.
 pub fn judge(figure: &Figure, yardsticks: &Yardsticks) -> Verdict {
     let times = yardsticks.times(figure.nmse2);
     if figure.nmse2 > FAILS || yardsticks.shadow_is_lost(figure.nmse2) {

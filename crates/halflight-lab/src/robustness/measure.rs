@@ -1,46 +1,42 @@
-//! Renders methods and holds their pictures against references.
+//! Pictures of methods, and their errors against references.
 
 use halflight_cpu::prepared::PreparedScene;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
+use anyhow::{Context as _, Result};
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::scene::Scene;
 use halflight_cpu::bvh::Bvh;
 use halflight_cpu::config::PipelineConfig;
-use halflight_cpu::gbuffer;
 use halflight_cpu::pipeline::PipelineError;
 use halflight_cpu::unshadowed::unshadowed;
 
 use super::cases::Case;
 use super::judge::{self, Fault, Figure};
 use super::methods::Method;
-use crate::ablate::AblateError;
-use crate::reference::{ReferenceConfig, reference};
+use crate::reference::{ReferenceConfig, reference, seen};
 
-/// A scene and its BVH.
+/// Scene and its BVH.
 struct Stage {
     scene: Arc<Scene>,
     bvh: Arc<Bvh>,
 }
 
 impl Stage {
-    fn new(scene: &Scene, case: &str) -> Result<Self, AblateError> {
-        let bvh =
-            Bvh::build(&scene.mesh).map_err(|source| AblateError::Bvh { scene: case.to_string(), source })?;
+    fn new(scene: &Scene, case: &str) -> Result<Self> {
+        let bvh = Bvh::build(&scene.mesh).with_context(|| format!("scene {case}"))?;
         Ok(Self { scene: Arc::new(scene.clone()), bvh: Arc::new(bvh) })
     }
 
-    fn seen(&self, [width, height]: [u32; 2]) -> GBuffer {
-        let mut gbuffer = GBuffer::default();
-        gbuffer::trace(&self.bvh, &self.scene, width, height, &mut gbuffer);
-        gbuffer
+    fn seen(&self, size: [u32; 2]) -> GBuffer {
+        seen(&self.scene, &self.bvh, size)
     }
 
-    /// The converged picture.
-    fn reference(&self, [width, height]: [u32; 2], samples: u32) -> Result<Vec<Vec3>, AblateError> {
+    /// Returns the converged picture.
+    fn reference(&self, [width, height]: [u32; 2], samples: u32) -> Result<Vec<Vec3>> {
         let config = ReferenceConfig { width, height, samples, ..ReferenceConfig::default() };
         Ok(reference(&self.scene, &self.bvh, &config, None, &mut |_, _| {})?.irradiance)
     }
@@ -55,7 +51,7 @@ impl Stage {
     }
 }
 
-/// A case ready to be rendered, and the truth about it.
+/// Case ready to be rendered, with its references.
 pub(super) struct Ready {
     size: [u32; 2],
     stages: Vec<Stage>,
@@ -67,11 +63,10 @@ pub(super) struct Ready {
 
 impl Ready {
     /// Renders the references.
-    pub(super) fn new(case: &Case, reference_samples: u32) -> Result<Self, AblateError> {
-        let stages =
-            case.scenes.iter().map(|scene| Stage::new(scene, case.name)).collect::<Result<Vec<_>, _>>()?;
-        let like =
-            case.like.iter().map(|scene| Stage::new(scene, case.name)).collect::<Result<Vec<_>, _>>()?;
+    pub(super) fn new(case: &Case, reference_samples: u32) -> Result<Self> {
+        let stage = |scene: &Scene| Stage::new(scene, case.name);
+        let stages = case.scenes.iter().map(stage).collect::<Result<Vec<_>>>()?;
+        let like = case.like.iter().map(stage).collect::<Result<Vec<_>>>()?;
         let mut mask = vec![true; case.size[0] as usize * case.size[1] as usize];
         for stage in stages.iter().chain(&like) {
             let gbuffer = stage.seen(case.size);
@@ -86,7 +81,7 @@ impl Ready {
         Ok(Self { size: case.size, stages, references, unshadowed, mask })
     }
 
-    /// The pictures of a method with its own light samples, sound or not.
+    /// Renders a method with its own light samples; the pictures may be unsound.
     pub(super) fn render(&self, method: &Method) -> Result<Vec<Vec<Vec3>>, Fault> {
         self.pictures(&method.config(self.size, method.sampling()))
     }
@@ -96,20 +91,20 @@ impl Ready {
         catch_unwind(AssertUnwindSafe(all)).unwrap_or_else(|cause| Err(Fault::Panic(message(cause.as_ref()))))
     }
 
-    /// How far sound pictures are from the references.
+    /// Returns how far sound pictures are from the references.
     pub(super) fn figure(&self, pictures: &[Vec<Vec3>]) -> Result<Figure, Fault> {
         pictures.iter().try_for_each(|picture| judge::sound(picture, self.size[0]))?;
         Ok(judge::figure(pictures, &self.references, &self.unshadowed, &self.mask))
     }
 
-    /// NMSE₂ of every pixel by exact rays, with the shading and the light samples of a method; 0 where there is none.
+    /// Returns NMSE₂ of every pixel by exact rays, with the shading and the light samples of a method; 0 where there is none.
     pub(super) fn error_of_every_pixel(&self, like: &Method) -> f64 {
         let config = Method::every_pixel(like.shading).config(self.size, like.sampling());
         let found = self.pictures(&config).and_then(|pictures| self.figure(&pictures));
         found.map_or(0.0, |figure| figure.nmse2)
     }
 
-    /// NMSE₂ of the pictures without shadows. Of creeping cameras it says nothing: what does not change cannot flicker.
+    /// Returns NMSE₂ of the pictures without shadows; infinity for several pictures, which are compared by their changes.
     pub(super) fn error_without_shadow(&self) -> f64 {
         if self.references.len() > 1 {
             return f64::INFINITY;
@@ -126,7 +121,7 @@ fn render(stage: &Stage, config: &PipelineConfig) -> Result<Vec<Vec3>, Fault> {
     Ok(pipeline.render().map_err(refused)?.irradiance.clone())
 }
 
-/// What a panic said.
+/// Returns the message of a panic.
 fn message(cause: &(dyn Any + Send)) -> String {
     let text = cause.downcast_ref::<&str>().map(ToString::to_string);
     text.or_else(|| cause.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no message".to_string())

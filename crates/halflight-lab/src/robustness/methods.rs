@@ -1,14 +1,14 @@
-//! The methods: every combination of the stages that there are.
+//! Methods: every combination of the stages.
 
 use halflight_core::frame::LightSampling;
 use halflight_core::pattern::PatternKind;
 use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 use halflight_cpu::irradiance::Shading;
-use itertools::iproduct;
+use itertools::{Itertools as _, iproduct};
 
-use crate::ablate::plan::word;
+use crate::experiment::plan::word;
 
-/// A combination of stages, each with its default constants.
+/// Combination of stages, each with its default constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Method {
     /// Refiner.
@@ -17,23 +17,23 @@ pub struct Method {
     pub visibility: VisibilityConfig,
     /// Upsampler.
     pub upsampler: UpsamplerConfig,
-    /// What is interpolated.
+    /// Quantity that is interpolated.
     pub shading: Shading,
 }
 
-/// One stage of a method, where two methods differ.
+/// Stage in which two methods differ.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Switch {
-    /// The stage.
+    /// Name of the stage.
     pub stage: &'static str,
-    /// What is set instead.
+    /// Choice that is set instead.
     pub to: String,
-    /// What was set.
+    /// Choice that was set.
     pub from: String,
 }
 
 impl Method {
-    /// Every pixel by exact rays: what a method loses beyond the noise of its light samples is told from it.
+    /// Returns every pixel by exact rays, which has no error but the noise of its light samples.
     pub fn every_pixel(shading: Shading) -> Self {
         Self {
             refiner: RefinerConfig::Full,
@@ -43,12 +43,12 @@ impl Method {
         }
     }
 
-    /// Whether every pixel is a fragment, so that the upsampler has nothing to do.
+    /// Returns whether every pixel is a fragment, so that the upsampler has nothing to do.
     pub fn is_every_pixel(&self) -> bool {
         self.refiner == RefinerConfig::Full
     }
 
-    /// The light samples. 4D rasterization cannot answer jittered ones and gets shifted rows.
+    /// Returns the light samples: shifted rows for 4D rasterization, which cannot answer jittered ones.
     pub fn sampling(&self) -> LightSampling {
         let usual = LightSampling::default();
         match self.visibility {
@@ -57,13 +57,13 @@ impl Method {
         }
     }
 
-    /// The pipeline at a size, with these light samples.
+    /// Returns the pipeline at a size, with these light samples.
     pub fn config(&self, [width, height]: [u32; 2], sampling: LightSampling) -> PipelineConfig {
         let &Self { refiner, visibility, upsampler, shading } = self;
         PipelineConfig { width, height, refiner, visibility, upsampler, shading, sampling, seed: 0 }
     }
 
-    /// Names of its stages: refiner, visibility, upsampler (none where every pixel is a fragment), shading.
+    /// Returns the names of its stages: refiner, visibility, upsampler (none where every pixel is a fragment), shading.
     pub fn stages(&self) -> [String; 4] {
         let upsampler = if self.is_every_pixel() { "" } else { self.upsampler.name() };
         [
@@ -74,17 +74,17 @@ impl Method {
         ]
     }
 
-    /// Its name for people.
+    /// Returns its name for people.
     pub fn label(&self) -> String {
-        self.stages().iter().filter(|part| !part.is_empty()).cloned().collect::<Vec<_>>().join(" · ")
+        self.stages().iter().filter(|part| !part.is_empty()).join(" · ")
     }
 
-    /// Its name for files.
+    /// Returns its name in file names.
     pub fn slug(&self) -> String {
-        self.stages().iter().filter(|part| !part.is_empty()).cloned().collect::<Vec<_>>().join("-")
+        self.stages().iter().filter(|part| !part.is_empty()).join("-")
     }
 
-    /// What must be switched to come from this method to another.
+    /// Returns the switches from this method to another.
     pub fn switches(&self, to: &Self) -> Vec<Switch> {
         const STAGES: [&str; 4] = ["refiner", "visibility", "upsampler", "shading"];
         let pairs = self.stages().into_iter().zip(to.stages());
@@ -97,7 +97,7 @@ impl Method {
     }
 }
 
-/// Every refiner with every backend, upsampler and shading.
+/// Returns every refiner with every backend, upsampler and shading.
 pub fn all() -> Vec<Method> {
     let refiners = RefinerConfig::NAMES.iter().filter_map(|name| RefinerConfig::named(name));
     let backends: Vec<_> =
@@ -108,7 +108,7 @@ pub fn all() -> Vec<Method> {
     methods.filter(once).collect()
 }
 
-/// One stage at a time: every refiner with what it does best, and from there every other backend, upsampler and shading.
+/// Returns every refiner with its best stages, and from there every other backend, upsampler and shading, one at a time.
 pub fn few() -> Vec<Method> {
     let best = |method: &Method| Method {
         upsampler: match method.refiner {
@@ -121,6 +121,12 @@ pub fn few() -> Vec<Method> {
         ..*method
     };
     all().into_iter().filter(|method| method.switches(&best(method)).len() <= 1).collect()
+}
+
+/// Returns switches as they are set: `visibility = bvh`.
+pub fn set(switches: &[Switch]) -> String {
+    let set = |switch: &Switch| format!("{} = {}", switch.stage, switch.to);
+    switches.iter().map(set).join(", ")
 }
 
 #[cfg(test)]

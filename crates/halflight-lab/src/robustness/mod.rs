@@ -1,4 +1,4 @@
-//! Where methods fail: every combination of the stages in a list of awkward cases.
+//! Robustness suite: every combination of the stages in a list of awkward cases.
 //!
 //! A [`Case`] is a small scene with one thing in it that methods stumble over. Every
 //! [`Method`] renders it; [`judge`] says whether the picture passes, is degraded (by how much) or fails,
@@ -17,55 +17,55 @@ mod scenes;
 use std::collections::HashMap;
 use std::path::Path;
 
+use anyhow::{Result, bail};
 use glam::Vec3;
 use halflight_cpu::config::{Named, VisibilityConfig};
+use itertools::Itertools as _;
 use rayon::prelude::*;
 
-use crate::ablate::progress::Progress;
-use crate::ablate::{AblateError, error};
+use crate::run::Progress;
 use cases::{Case, EASY};
 use judge::{Fault, Figure, Verdict, Yardsticks};
 use measure::Ready;
 use methods::{Method, Switch};
 
-/// The name by which it is run.
+/// Name of the suite on the command line.
 pub const NAME: &str = "robustness";
 
-/// Its name in version 0.1, which is still read.
+/// Name of the suite in version 0.1, which is still read.
 pub const OLD_NAME: &str = "stability";
 
-/// One line.
+/// Title of the suite.
 pub const TITLE: &str = "Where methods fail: every combination of stages in awkward cases";
 
 /// Light samples a pixel of the references: their noise is then a tenth of what counts as no error.
 const REFERENCE_SAMPLES: u32 = 1024;
 
-/// What is run.
+/// Cases and methods of a run.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// The cases; the easy one first, since all others are held against it.
+    /// Cases; the easy one first, since all others are held against it.
     pub cases: Vec<Case>,
-    /// The methods.
+    /// Methods.
     pub methods: Vec<Method>,
-    /// Those that also render the large cases.
+    /// Methods that also render the large cases.
     pub for_large: Vec<Method>,
     /// Light samples a pixel of the references.
     pub reference_samples: u32,
 }
 
 impl Plan {
-    /// Everything, or this case and the easy one. The quick version switches one stage at a time and leaves the large
+    /// Returns everything, or one case and the easy one. The quick version switches one stage at a time and leaves the large
     /// cases out.
     ///
     /// # Errors
     /// There is no such case.
-    pub fn new(case: Option<&str>, quick: bool) -> Result<Self, AblateError> {
+    pub fn new(case: Option<&str>, quick: bool) -> Result<Self> {
         let all = cases::all();
         if let Some(name) = case
             && !all.iter().any(|case| case.name == name)
         {
-            let cases = all.iter().map(|case| case.name).collect();
-            return Err(AblateError::Case { name: name.to_string(), cases });
+            bail!("there is no case `{name}`; there are {}", all.iter().map(|case| case.name).join(", "));
         }
         let wanted =
             |each: &Case| each.name == EASY || case.map_or(!(quick && each.large), |name| each.name == name);
@@ -78,31 +78,31 @@ impl Plan {
         })
     }
 
-    /// How many pictures it makes.
+    /// Returns the number of pictures.
     pub fn pictures(&self) -> u64 {
         self.cases.iter().map(|case| self.methods_of(case).len() as u64).sum()
     }
 
-    /// The methods that render a case.
+    /// Returns the methods that render a case.
     fn methods_of(&self, case: &Case) -> &[Method] {
         if case.large { &self.for_large } else { &self.methods }
     }
 }
 
-/// A method in a case.
+/// Method in a case.
 #[derive(Clone, Debug)]
 pub struct Cell {
-    /// The method.
+    /// Method.
     pub method: Method,
-    /// How far it is from the reference; none where there is no picture.
+    /// Distance from the reference; `None` where there is no picture.
     pub figure: Option<Figure>,
-    /// The verdict.
+    /// Verdict on the picture.
     pub verdict: Verdict,
-    /// Where it does not pass: the fewest switches to a method that does; none where no method does.
+    /// Fewest switches to a method that passes; none where the method passes itself, or no method does.
     pub mends: Vec<Switch>,
-    /// Where it does not pass: why, if that is known.
+    /// Reason why the method does not pass, if that is known.
     pub why: String,
-    /// Its picture, in the folder of the output; none where it passes or there is none.
+    /// Path of the picture in the folder of the output; `None` where the method passes or there is no picture.
     pub picture: Option<String>,
 }
 
@@ -111,11 +111,11 @@ pub struct Cell {
 pub struct Row {
     /// Name of the case.
     pub case: &'static str,
-    /// What there is to stumble over.
+    /// Difficulty of the case.
     pub title: &'static str,
     /// NMSE₂ of the picture without any shadow.
     pub unshadowed: f64,
-    /// In the order of the methods.
+    /// Cells in the order of the methods.
     pub cells: Vec<Cell>,
 }
 
@@ -123,8 +123,8 @@ pub struct Row {
 ///
 /// # Errors
 /// A reference cannot be rendered, a picture not be written. Methods that break do not end the run.
-pub fn run(plan: &Plan, out: &Path, progress: &Progress) -> Result<Vec<Row>, AblateError> {
-    std::fs::create_dir_all(out).map_err(error::at(out))?;
+pub fn run(plan: &Plan, out: &Path, progress: &Progress) -> Result<Vec<Row>> {
+    fs_err::create_dir_all(out)?;
     let mut easy = Vec::new();
     let mut rows = Vec::new();
     for case in &plan.cases {
@@ -152,7 +152,7 @@ pub fn run(plan: &Plan, out: &Path, progress: &Progress) -> Result<Vec<Row>, Abl
                 picture: shown.then(picture).transpose()?,
             })
         });
-        let cells = cells.collect::<Result<_, AblateError>>()?;
+        let cells = cells.collect::<Result<_>>()?;
         let unshadowed = ready.error_without_shadow();
         rows.push(Row { case: case.name, title: case.title, unshadowed, cells });
     }
@@ -160,7 +160,7 @@ pub fn run(plan: &Plan, out: &Path, progress: &Progress) -> Result<Vec<Row>, Abl
     Ok(rows)
 }
 
-/// What a method made of a case.
+/// Pictures of a method in a case.
 struct Rendered {
     method: Method,
     pictures: Vec<Vec<Vec3>>,
@@ -179,7 +179,7 @@ fn render(case: &Case, ready: &Ready, methods: &[Method], progress: &Progress) -
     if case.large { methods.iter().map(one).collect() } else { methods.par_iter().map(one).collect() }
 }
 
-/// A verdict on every method.
+/// Returns a verdict on every method.
 fn verdicts(rendered: &[Rendered], ready: &Ready, easy: &[(Method, Result<Figure, Fault>)]) -> Vec<Verdict> {
     let mut every_pixel = HashMap::new();
     for Rendered { method, .. } in rendered {
@@ -202,19 +202,15 @@ fn verdicts(rendered: &[Rendered], ready: &Ready, easy: &[(Method, Result<Figure
     rendered.iter().map(verdict).collect()
 }
 
-/// What is wrong with the picture in itself, and why the choices fail that are switched to mend it.
+/// Returns the fault of the picture in itself, and why the choices fail that are switched to mend it.
 fn why(case: &Case, verdict: &Verdict, mends: &[Switch]) -> String {
-    let fault = match verdict {
-        Verdict::Broken(fault) => Some(fault.to_string()),
-        _ => None,
-    };
-    let known = mends.iter().map(|switch| reasons::why(case.name, switch.stage, &switch.from).to_string());
-    let all = mends.is_empty().then(|| reasons::why_all(case.name).to_string());
-    let said: Vec<String> = fault.into_iter().chain(known).chain(all).filter(|why| !why.is_empty()).collect();
-    said.join("; ")
+    let fault = if let Verdict::Broken(fault) = verdict { fault.to_string() } else { String::new() };
+    let known = mends.iter().map(|switch| reasons::why(case.name, switch.stage, &switch.from));
+    let all = mends.is_empty().then(|| reasons::why_all(case.name));
+    [fault.as_str()].into_iter().chain(known).chain(all).filter(|why| !why.is_empty()).join("; ")
 }
 
-/// The fewest switches from a method to one of those that pass, given with their errors. Of those of as many switches,
+/// Returns the fewest switches from a method to one of those that pass, given with their errors. Of those of as many switches,
 /// tracing every pixel comes last, backends in the order of their names, and then the most accurate first.
 fn mends(method: &Method, passing: &[(Method, f64)]) -> Vec<Switch> {
     let ways = passing.iter().map(|(other, nmse2)| (method.switches(other), other.is_every_pixel(), *nmse2));
@@ -226,11 +222,11 @@ fn mends(method: &Method, passing: &[(Method, f64)]) -> Vec<Switch> {
     ways.min_by_key(order).map_or(Vec::new(), |(switches, ..)| switches)
 }
 
-/// The cells whose pictures are none: NaN, infinite or negative values, panics, refusals. There must be none.
+/// Refuses cells without a sound picture: NaN, infinite or negative values, panics, refusals.
 ///
 /// # Errors
 /// There are some; the first is named.
-pub fn check(rows: &[Row]) -> Result<(), AblateError> {
+pub fn check(rows: &[Row]) -> Result<()> {
     let cells = rows.iter().flat_map(|row| row.cells.iter().map(move |cell| (row, cell)));
     let broken: Vec<String> = cells
         .filter_map(|(row, cell)| match &cell.verdict {
@@ -238,10 +234,11 @@ pub fn check(rows: &[Row]) -> Result<(), AblateError> {
             _ => None,
         })
         .collect();
-    match broken.first() {
-        None => Ok(()),
-        Some(first) => Err(AblateError::Unsound { count: broken.len(), first: first.clone() }),
+    if let Some(first) = broken.first() {
+        let count = broken.len();
+        bail!("{count} pictures are not finite, negative, or not there at all; the first: {first}");
     }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -258,20 +255,19 @@ mod tests {
         let every_pixel = Method::every_pixel(Shading::Ratio);
         let voxel = VisibilityConfig::named("voxel").unwrap();
         plan.methods = vec![every_pixel, Method { visibility: voxel, ..every_pixel }];
-        let out = std::env::temp_dir().join(format!("halflight-robustness-{}", std::process::id()));
-        let rows = run(&plan, &out, &Progress::hidden()).unwrap();
+        let out = tempfile::tempdir().unwrap();
+        let rows = run(&plan, out.path(), &Progress::hidden()).unwrap();
         let [easy, hidden] = rows.as_slice() else { panic!("{} cases", rows.len()) };
         assert_eq!((easy.case, hidden.case), (EASY, "out-of-view"));
         assert_eq!(hidden.cells[0].verdict, Verdict::Pass);
         let failed = &hidden.cells[1];
         assert_eq!(
-            (failed.verdict.word(), output::switches(&failed.mends)),
+            (failed.verdict.word(), methods::set(&failed.mends)),
             ("fails", "visibility = bvh".to_string())
         );
         assert!(failed.why.contains("frustum"), "{}", failed.why);
-        assert!(out.join(failed.picture.as_ref().unwrap()).is_file());
+        assert!(out.path().join(failed.picture.as_ref().unwrap()).is_file());
         check(&rows).unwrap();
-        std::fs::remove_dir_all(&out).unwrap();
     }
 
     #[test]
@@ -288,9 +284,9 @@ mod tests {
         let well = Method { upsampler: UpsamplerConfig::Delaunay, ..ill };
         let better = Method { upsampler: UpsamplerConfig::RbfRobust, ..ill };
         let passing = [(every_pixel, 1e-6), (well, 3e-5), (better, 2e-5)];
-        assert_eq!(output::switches(&mends(&ill, &passing)), "upsampler = rbf-robust");
-        assert_eq!(output::switches(&mends(&ill, &passing[..2])), "upsampler = delaunay");
-        assert_eq!(output::switches(&mends(&ill, &passing[..1])), "refiner = full");
+        assert_eq!(methods::set(&mends(&ill, &passing)), "upsampler = rbf-robust");
+        assert_eq!(methods::set(&mends(&ill, &passing[..2])), "upsampler = delaunay");
+        assert_eq!(methods::set(&mends(&ill, &passing[..1])), "refiner = full");
         assert!(mends(&ill, &[]).is_empty());
     }
 

@@ -1,38 +1,36 @@
-//! What a run leaves behind: a table, a page and pictures.
+//! Files of a run: a table, a page and pictures.
 
 use std::path::Path;
 
+use anyhow::Result;
 use glam::Vec3;
+use halflight_image::picture;
 use halflight_metrics::{Image, tone_map, write_file, write_png};
 
 use super::cases::Case;
-use super::judge::Verdict;
 use super::measure::Ready;
-use super::methods::{Method, Switch};
+use super::methods::{self, Method};
 use super::{Cell, Row, page};
-use crate::ablate::provenance::Provenance;
-use crate::ablate::table::Table;
-use crate::ablate::{AblateError, error};
-use crate::picture;
+use crate::results::{Provenance, Table};
 
-/// Pictures are enlarged to about so many pixels a side.
+/// Pixels a side to which small pictures are enlarged.
 const SHOWN: u32 = 192;
 
 /// Columns between the three parts of a picture, pixels.
 const GAP: usize = 4;
 
-/// Writes `robustness.csv` and `robustness.html`. `command` is what the page says it was made by.
+/// Writes `robustness.csv` and `robustness.html`, which names the `command` that made it.
 ///
 /// # Errors
 /// A file cannot be written.
-pub fn write(rows: &[Row], out: &Path, provenance: &Provenance, command: &str) -> Result<(), AblateError> {
+pub fn write(rows: &[Row], out: &Path, provenance: &Provenance, command: &str) -> Result<()> {
     table(rows, provenance).write_csv(&out.join("robustness.csv"))?;
-    let html = page::html(rows, provenance, command);
+    let html = page::whole(rows, provenance, command);
     write_file(&out.join("robustness.html"), html.as_bytes())?;
     Ok(())
 }
 
-/// One line a case and method.
+/// Returns a table with a line for each case and method.
 pub fn table(rows: &[Row], provenance: &Provenance) -> Table {
     let columns = [
         "case",
@@ -66,29 +64,13 @@ pub fn table(rows: &[Row], provenance: &Provenance) -> Table {
             cell.verdict.times().map_or(String::new(), |times| format!("{times:.1}")),
             number(Some(row.unshadowed)),
             cell.why.clone(),
-            switches(&cell.mends),
+            methods::set(&cell.mends),
             cell.picture.clone().unwrap_or_default(),
             provenance.commit.clone(),
             provenance.machine.clone(),
         ]
     };
     Table::new(columns, rows.iter().flat_map(|row| row.cells.iter().map(move |cell| line(row, cell))))
-}
-
-/// Switches as they are set: `visibility = bvh`.
-pub(super) fn switches(switches: &[Switch]) -> String {
-    let set = |switch: &Switch| format!("{} = {}", switch.stage, switch.to);
-    switches.iter().map(set).collect::<Vec<_>>().join(", ")
-}
-
-/// How bad a verdict is, for sorting.
-pub(super) fn badness(verdict: &Verdict) -> (u8, f64) {
-    match verdict {
-        Verdict::Pass => (0, 0.0),
-        &Verdict::Degraded(times) => (1, times),
-        &Verdict::Wrong(times) => (2, times),
-        Verdict::Broken(_) => (3, 0.0),
-    }
 }
 
 /// Writes the last picture, its reference and the error between them, side by side. Returns the file's name.
@@ -98,9 +80,9 @@ pub(super) fn picture(
     method: &Method,
     pictures: &[Vec<Vec3>],
     ready: &Ready,
-) -> Result<String, AblateError> {
+) -> Result<String> {
     let folder = out.join("pictures").join(case.name);
-    std::fs::create_dir_all(&folder).map_err(error::at(&folder))?;
+    fs_err::create_dir_all(&folder)?;
     let name = format!("pictures/{}/{}.png", case.name, method.slug());
     let [width, height] = case.size;
     let last = |images: &[Vec<Vec3>]| images.last().cloned().unwrap_or_default();
@@ -117,7 +99,7 @@ pub(super) fn picture(
     Ok(name)
 }
 
-/// Three pictures of one size in a row, small ones enlarged by a whole factor.
+/// Returns three pictures of one size in a row, small ones enlarged by a whole factor.
 fn side_by_side(parts: &[Vec<[u8; 3]>; 3], [width, height]: [u32; 2]) -> ([u32; 2], Vec<[u8; 3]>) {
     let zoom = (SHOWN / width.max(height)).max(1) as usize;
     let (columns, rows) = (width as usize, height as usize);

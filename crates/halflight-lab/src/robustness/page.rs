@@ -1,112 +1,109 @@
-//! The page: who fails where, why, and what mends it.
+//! Page of the robustness suite: methods against cases, with reasons and what mends them.
 
-use std::fmt::Write;
+use indexmap::IndexMap;
+use itertools::Itertools as _;
+use maud::{Markup, html};
 
 use super::judge::{DEGRADED, FAILS, GRANTED, NOTHING, Verdict};
-use super::methods::Method;
-use super::output::{badness, switches};
+use super::methods::{Method, Switch, set};
 use super::{Cell, REFERENCE_SAMPLES, Row, TITLE};
-use crate::ablate::provenance::Provenance;
-use crate::ablate::report::STYLE;
-use crate::ablate::table::{Table, escape};
+use crate::report;
+use crate::results::{Provenance, Table};
 
 const MATRIX: &str = include_str!("page.css");
 
-/// The whole page. All links in it are relative.
-pub(super) fn html(rows: &[Row], provenance: &Provenance, command: &str) -> String {
-    let mut page = String::new();
-    let title = escape(TITLE);
-    page += "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
-    page += &format!(
-        "<title>{title}</title>\n<style>\n{STYLE}{MATRIX}</style>\n</head>\n<body>\n<h1>{title}</h1>\n"
-    );
-    page += &format!(
-        "<p class=\"from\"><code>{}</code><br>commit {}, {}. Every figure is in \
-         <a href=\"robustness.csv\">robustness.csv</a>.</p>\n",
-        escape(command),
-        escape(&provenance.commit),
-        escape(&provenance.machine)
-    );
-    page += &format!(
-        "<p>64 light samples, errors (NMSE₂) against {REFERENCE_SAMPLES} by rays. A method <b>passes</b> where its error is at most \
-         {DEGRADED:.0} times the yardstick: the larger of its own error in the easy case (up to {GRANTED:.0e}) and of that of every pixel by rays in the \
-         same case with the same shading, and at least {NOTHING:.0e}. Beyond that it is <b>degraded</b>, by the factor shown. It \
-         <b>fails</b> where the error is above {FAILS:.0e}, or where it is no better than the picture without any \
-         shadow. Black: no picture at all (NaN, infinite, negative, panic). Pictures: rendered, reference, error (pale is {} % of \
-         the reference's peak and more).</p>\n",
-        crate::picture::ERROR_SCALE * 100.0
-    );
+/// Returns the whole page. All links in it are relative.
+pub(super) fn whole(rows: &[Row], provenance: &Provenance, command: &str) -> String {
     let count = |word: &str| cells(rows).filter(|(_, cell)| cell.verdict.word() == word).count();
-    page += &format!(
-        "<p>{} pictures: {} pass, {} degraded, {} fail.</p>\n",
-        cells(rows).count(),
-        count("pass"),
-        count("degraded"),
-        count("fails")
-    );
-    page += &matrix(rows);
-    page += "<h2>Why, and what mends it</h2>\n<p>Methods that do not pass for the same reason. The switch was measured: with it \
-             alone the method passes. Where every pixel is the only way, no other choice of one stage was enough.</p>\n";
-    page += &mended(rows).html().replace("<table>", "<table class=\"why\">");
-    page += "<h2>Cases</h2>\n";
     let line = |row: &Row| [row.case.to_string(), row.title.to_string(), format!("{:.1e}", row.unshadowed)];
-    page += &Table::new(
-        ["case", "what there is to stumble over", "NMSE₂ without shadows"],
-        rows.iter().map(line),
-    )
-    .html();
-    page += "</body>\n</html>\n";
-    page
+    let columns = ["case", "what there is to stumble over", "NMSE₂ without shadows"];
+    let [degraded, granted] = [format!("{DEGRADED:.0}"), format!("{GRANTED:.0e}")];
+    let [nothing, fails] = [NOTHING, FAILS].map(|limit| format!("{limit:.0e}"));
+    let body = html! {
+        p.from {
+            code { (command) } br;
+            "commit " (provenance.commit) ", " (provenance.machine) ". Every figure is in "
+            a href="robustness.csv" { "robustness.csv" } "."
+        }
+        p {
+            "64 light samples, errors (NMSE₂) against " (REFERENCE_SAMPLES) " by rays. A method " b { "passes" }
+            " where its error is at most " (degraded) " times the yardstick: the larger of its own error in the easy case (up to "
+            (granted) ") and of that of every pixel by rays in the same case with the same shading, and at least " (nothing)
+            ". Beyond that it is " b { "degraded" } ", by the factor shown. It " b { "fails" } " where the error is above " (fails)
+            ", or where it is no better than the picture without any shadow. Black: no picture at all (NaN, infinite, negative, \
+             panic). Pictures: rendered, reference, error (pale is "
+            (halflight_image::picture::ERROR_SCALE * 100.0) " % of the reference's peak and more)."
+        }
+        p {
+            (cells(rows).count()) " pictures: " (count("pass")) " pass, " (count("degraded")) " degraded, "
+            (count("fails")) " fail."
+        }
+        (matrix(rows))
+        h2 { "Why, and what mends it" }
+        p {
+            "Methods that do not pass for the same reason. The switch was measured: with it alone the method passes. Where every \
+             pixel is the only way, no other choice of one stage was enough."
+        }
+        (report::table(&mended(rows), Some("why")))
+        h2 { "Cases" }
+        (report::table(&Table::new(columns, rows.iter().map(line)), None))
+    };
+    report::page(TITLE, MATRIX, &body)
 }
 
 fn cells(rows: &[Row]) -> impl Iterator<Item = (&Row, &Cell)> {
     rows.iter().flat_map(|row| row.cells.iter().map(move |cell| (row, cell)))
 }
 
-/// All methods that occur, in the order of the case with most of them.
-fn methods(rows: &[Row]) -> Vec<Method> {
-    let longest = rows.iter().max_by_key(|row| row.cells.len());
-    longest.map_or(Vec::new(), |row| row.cells.iter().map(|cell| cell.method).collect())
+/// Returns methods down, cases across; the last columns count, and name the worst case of each method.
+fn matrix(rows: &[Row]) -> Markup {
+    // All methods that occur, in the order of the case with most of them.
+    let methods = rows.iter().max_by_key(|row| row.cells.len()).map_or(&[][..], |row| &row.cells);
+    html! {
+        div.wide {
+            table.matrix {
+                thead {
+                    tr {
+                        th { "method" }
+                        @for row in rows { th title=(row.title) { (row.case) } }
+                        th { "degraded" }
+                        th { "fails" }
+                        th { "worst picture" }
+                    }
+                }
+                tbody { @for Cell { method, .. } in methods { (line(rows, method)) } }
+            }
+        }
+    }
 }
 
-/// Methods down, cases across; the last columns count, and name the worst case of each method.
-fn matrix(rows: &[Row]) -> String {
-    let mut html = "<div class=\"wide\"><table class=\"matrix\"><thead><tr><th>method</th>".to_string();
-    for row in rows {
-        let _ = write!(html, "<th title=\"{}\">{}</th>", escape(row.title), escape(row.case));
-    }
-    html += "<th>degraded</th><th>fails</th><th>worst picture</th></tr></thead><tbody>\n";
-    for method in methods(rows) {
-        let _ = write!(html, "<tr><td>{}</td>", escape(&method.label()));
-        let own = |row: &'_ Row| row.cells.iter().position(|cell| cell.method == method);
-        let mine: Vec<(&Row, Option<&Cell>)> =
-            rows.iter().map(|row| (row, own(row).map(|index| &row.cells[index]))).collect();
-        for (_, found) in &mine {
-            html += &found.map_or("<td></td>".to_string(), cell);
+/// Returns a line of the matrix.
+fn line(rows: &[Row], method: &Method) -> Markup {
+    let own = |row: &'_ Row| row.cells.iter().position(|cell| cell.method == *method);
+    let mine = rows.iter().map(|row| (row, own(row).map(|index| &row.cells[index]))).collect_vec();
+    let there = || mine.iter().filter_map(|(row, found)| Some((*row, (*found)?)));
+    let count = |word: &str| there().filter(|(_, cell)| cell.verdict.word() == word).count();
+    let bad = there().filter(|(_, cell)| cell.verdict != Verdict::Pass);
+    let pictures = bad.filter_map(|(row, cell)| Some((row, cell, cell.picture.as_ref()?)));
+    let worst = pictures.max_by(|(_, a, _), (_, b, _)| {
+        let (a, b) = (a.verdict.badness(), b.verdict.badness());
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    html! {
+        tr {
+            td { (method.label()) }
+            @for (_, found) in &mine {
+                @match found { Some(found) => (cell(found)), None => td {} }
+            }
+            td { (count("degraded")) }
+            td { (count("fails")) }
+            td { @if let Some((row, _, path)) = worst { a href=(path) { (row.case) } } }
         }
-        let there = || mine.iter().filter_map(|(row, found)| Some((*row, (*found)?)));
-        for word in ["degraded", "fails"] {
-            let _ =
-                write!(html, "<td>{}</td>", there().filter(|(_, cell)| cell.verdict.word() == word).count());
-        }
-        let bad = there().filter(|(_, cell)| cell.picture.is_some() && cell.verdict != Verdict::Pass);
-        let worst = bad.max_by(|(_, a), (_, b)| {
-            let (a, b) = (badness(&a.verdict), badness(&b.verdict));
-            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-        });
-        let link = worst.map_or(String::new(), |(row, cell)| {
-            format!(
-                "<a href=\"{}\">{}</a>",
-                escape(cell.picture.as_deref().unwrap_or_default()),
-                escape(row.case)
-            )
-        });
-        let _ = writeln!(html, "<td>{link}</td></tr>");
     }
-    html + "</tbody></table></div>\n"
 }
 
-fn cell(cell: &Cell) -> String {
+/// Returns a cell of the matrix.
+fn cell(cell: &Cell) -> Markup {
     let (class, text) = match &cell.verdict {
         Verdict::Pass => ("pass", "·".to_string()),
         Verdict::Degraded(times) | Verdict::Wrong(times) => (cell.verdict.word(), short(*times)),
@@ -118,16 +115,16 @@ fn cell(cell: &Cell) -> String {
         said += &format!(": {}", cell.why);
     }
     if !cell.mends.is_empty() {
-        said += &format!(". Mended by {}", switches(&cell.mends));
+        said += &format!(". Mended by {}", set(&cell.mends));
     }
-    let text = match &cell.picture {
-        Some(path) => format!("<a href=\"{}\">{text}</a>", escape(path)),
-        None => text,
-    };
-    format!("<td class=\"{class}\" title=\"{}\">{text}</td>", escape(&said))
+    html! {
+        td class=(class) title=(said) {
+            @match &cell.picture { Some(path) => a href=(path) { (text) }, None => (text) }
+        }
+    }
 }
 
-/// A factor in at most three signs. Errors that are too large for the light but not for the yardstick are `≤ 4`.
+/// Returns a factor in at most three signs. Errors that are too large for the light but not for the yardstick are `≤ 4`.
 fn short(times: f64) -> String {
     match times {
         times if times <= DEGRADED => format!("≤{DEGRADED:.0}"),
@@ -137,23 +134,20 @@ fn short(times: f64) -> String {
     }
 }
 
-/// What does not pass, by case and by the switch that mends it.
+/// Returns the cells that do not pass, by case and by the switches that mend them.
 fn mended(rows: &[Row]) -> Table {
-    let mut found: Vec<([String; 3], usize, f64)> = Vec::new();
+    let mut found: IndexMap<[String; 3], (usize, f64)> = IndexMap::new();
     for (row, cell) in cells(rows).filter(|(_, cell)| cell.verdict != Verdict::Pass) {
-        let change = |switch: &super::Switch| format!("{}: {} → {}", switch.stage, switch.from, switch.to);
+        let change = |switch: &Switch| format!("{}: {} → {}", switch.stage, switch.from, switch.to);
         let change = match cell.mends.as_slice() {
             [] => "nothing".to_string(),
-            mends => mends.iter().map(change).collect::<Vec<_>>().join(", "),
+            mends => mends.iter().map(change).join(", "),
         };
         let key = [row.case.to_string(), change, cell.why.clone()];
-        let times = cell.verdict.times().unwrap_or(f64::NAN);
-        match found.iter_mut().find(|(other, ..)| *other == key) {
-            Some((_, count, worst)) => (*count, *worst) = (*count + 1, worst.max(times)),
-            None => found.push((key, 1, times)),
-        }
+        let (count, worst) = found.entry(key).or_insert((0, f64::NAN));
+        (*count, *worst) = (*count + 1, worst.max(cell.verdict.times().unwrap_or(f64::NAN)));
     }
-    let line = |([case, change, why], count, worst): ([String; 3], usize, f64)| {
+    let line = |([case, change, why], (count, worst)): ([String; 3], (usize, f64))| {
         [case, change, count.to_string(), short(worst), why]
     };
     Table::new(["case", "mended by", "methods", "worst, times", "why"], found.into_iter().map(line))
@@ -164,7 +158,6 @@ mod tests {
     use halflight_cpu::irradiance::Shading;
 
     use super::super::judge::{Fault, Figure};
-    use super::super::methods::Switch;
     use super::*;
 
     fn page(verdict: Verdict) -> String {
@@ -177,14 +170,7 @@ mod tests {
             picture: Some("pictures/easy/full.png".to_string()),
         };
         let row = Row { case: "easy", title: "t", unshadowed: 0.1, cells: vec![cell] };
-        let provenance = Provenance {
-            commit: "c".into(),
-            machine: "m".into(),
-            threads: 1,
-            device: "cpu".into(),
-            program: 0,
-        };
-        html(&[row], &provenance, "command")
+        whole(&[row], &Provenance::default(), "command")
     }
 
     #[test]

@@ -1,12 +1,12 @@
-//! Why methods fail where they do: known faults by their nature, beside the switch that was measured to mend them.
+//! Reasons why methods fail: known faults by their nature, beside the switch that was measured to mend them.
 
-/// What no switch mends.
+/// Choice of reasons that no switch mends.
 const ALL: &str = "all";
 
-/// A choice of a stage, the cases in which it fails (all that have no entry of their own where none are named), and why.
+/// Choice of a stage, the cases in which it fails (all that have no entry of their own where none are named), and why.
 type Reason = (&'static str, &'static [&'static str], &'static str);
 
-/// The first that fits counts.
+/// All reasons, of which the first that fits counts.
 const REASONS: &[Reason] = &[
     (
         "voxel",
@@ -94,12 +94,12 @@ const REASONS: &[Reason] = &[
     ),
 ];
 
-/// Why no method passes in this case.
+/// Returns why no method passes in a case.
 pub(super) fn why_all(case: &str) -> &'static str {
     why(case, "", ALL)
 }
 
-/// Why this choice of this stage fails in this case.
+/// Returns why a choice of a stage fails in a case.
 pub(super) fn why(case: &str, stage: &str, choice: &str) -> &'static str {
     // A refiner and an upsampler share a name.
     let choice = if (stage, choice) == ("upsampler", "lattice") { "lattice upsampler" } else { choice };

@@ -1,17 +1,17 @@
-//! What the cases are built from: quads and boxes, a light and a camera.
+//! Parts of cases: quads and boxes, a light and a camera.
 
 use glam::{Vec2, Vec3};
 use halflight_core::light::AreaLight;
 use halflight_core::scene::{Camera, Material, Mesh, Scene};
 use std::sync::Arc;
 
-/// A scene of flat quads under one light, y up, metres. Starts as the easy one that all others depart from: a floor of
+/// Scene of flat quads under one light, y up, metres. All depart from the easy one: a floor of
 /// 20 × 20 m, a light of 1 × 1 m that shines down from 4 m, seen from 2 m above the floor.
 #[derive(Clone, Debug)]
 pub(super) struct Set(pub(super) Scene);
 
 impl Set {
-    /// Light and camera, and nothing to see.
+    /// Returns light and camera, and nothing to see.
     pub(super) fn bare() -> Self {
         Self(Scene {
             mesh: Arc::new(Mesh { materials: vec![Material::default()], ..Mesh::default() }),
@@ -26,12 +26,12 @@ impl Set {
         })
     }
 
-    /// The open floor.
+    /// Returns the open floor.
     pub(super) fn floor() -> Self {
         Self::bare().quad(Vec3::new(-10.0, 0.0, -10.0), Vec3::Z * 20.0, Vec3::X * 20.0)
     }
 
-    /// The floor with a box of 1.5 × 0.5 × 1.5 m a metre above it: umbra, penumbra and open floor. All coordinates are
+    /// Returns the floor with a box of 1.5 × 0.5 × 1.5 m a metre above it: umbra, penumbra and open floor. All coordinates are
     /// multiples of 1/128 m, so that they stay what they are 100 km from the origin.
     pub(super) fn blocker() -> Self {
         Self::floor().block(Vec3::new(-0.75, 1.0, -0.75), Vec3::new(0.75, 1.5, 0.75))
@@ -61,19 +61,19 @@ impl Set {
             .quad(high, -x, -y)
     }
 
-    /// Another light in place of the only one.
+    /// Replaces the light.
     pub(super) fn light(mut self, light: AreaLight) -> Self {
         self.0.lights = vec![light];
         self
     }
 
-    /// Looks from one point to another.
+    /// Turns the camera to look from one point to another.
     pub(super) fn seen(mut self, eye: Vec3, target: Vec3) -> Self {
         (self.0.camera.eye, self.0.camera.target) = (eye, target);
         self
     }
 
-    /// The same scene, larger and elsewhere. Irradiance does not change.
+    /// Scales and moves the scene. Irradiance does not change.
     pub(super) fn placed(mut self, scale: f32, offset: Vec3) -> Self {
         let scene = &mut self.0;
         let place = |point: &mut Vec3| *point = *point * scale + offset;
@@ -89,12 +89,12 @@ impl Set {
     }
 }
 
-/// A square light that shines down, centred at a point.
+/// Returns a square light that shines down, centred at a point.
 pub(super) fn square_light(centre: Vec3, side: f32) -> AreaLight {
     parallelogram(centre, Vec3::X * side, Vec3::Z * side)
 }
 
-/// A light about a point that shines along `u × v`.
+/// Returns a light about a point that shines along `u × v`.
 pub(super) fn parallelogram(centre: Vec3, u: Vec3, v: Vec3) -> AreaLight {
     AreaLight {
         corner: centre - (u + v) * 0.5,

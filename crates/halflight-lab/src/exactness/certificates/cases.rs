@@ -1,4 +1,4 @@
-//! Scenes and groups of receivers made to break proofs.
+//! Scenes and groups of receivers that are made to break proofs.
 
 use glam::{Vec2, Vec3};
 use halflight_core::hash;
@@ -20,7 +20,7 @@ const PATTERNS: [(PatternKind, u16, u16); 5] = [
     (PatternKind::Jittered, 4, 4),
 ];
 
-/// One attack a number.
+/// Attacks by number.
 pub(super) struct Cases {
     seed: u32,
     /// Pattern keys whose first sample lies within a 256th of its stratum from the stratum's border, both ways.
@@ -37,7 +37,7 @@ impl Cases {
         Self { seed, keys: keys.collect() }
     }
 
-    /// The scene and the group of attack `index`.
+    /// Returns the scene and the group of attack `index`.
     pub(super) fn case(&self, index: u32) -> (Scene, MaskBatch) {
         let mut numbers = Numbers { key: hash::fold(hash::mix(self.seed), index), index: 0 };
         let light = light(&mut numbers);
@@ -94,7 +94,7 @@ impl Cases {
     }
 }
 
-/// A light about a metre above the origin: level or tilted, of any size and shape.
+/// Returns a light about a metre above the origin: level or tilted, of any size and shape.
 fn light(numbers: &mut Numbers) -> AreaLight {
     let size = numbers.power(-2.0, 0.5);
     let (mut edge_u, mut edge_v) = (Vec3::X * size, Vec3::Z * size * numbers.power(-1.0, 0.0));
@@ -121,7 +121,7 @@ struct Group {
 }
 
 impl Group {
-    /// A box of any size, flat or not, below the light or reaching up to it; receivers in its corners and inside.
+    /// Returns a box of any size, flat or not, below the light or reaching up to it; receivers in its corners and inside.
     fn new(numbers: &mut Numbers, light: &AreaLight) -> Self {
         let mut size = Vec3::splat(numbers.power(-7.0, 0.0));
         for axis in 0..3 {
@@ -144,7 +144,7 @@ impl Group {
         Self { low, high, origins, keys: Vec::new() }
     }
 
-    /// A triangle of one of seven kinds, aimed at one of the samples of a receiver in a corner of the box.
+    /// Returns a triangle of one of seven kinds, aimed at one of the samples of a receiver in a corner of the box.
     fn triangle(
         &mut self,
         kind: usize,
@@ -234,7 +234,7 @@ impl Group {
         }
     }
 
-    /// A point on the way from a receiver to `to`: halfway, with the receiver moved, if but a little, so that it is the
+    /// Returns a point on the way from a receiver to `to`: halfway, with the receiver moved, if but a little, so that it is the
     /// middle exactly, or elsewhere within rounding.
     fn touch(&mut self, receiver: usize, to: Vec3, numbers: &mut Numbers) -> Vec3 {
         let from = self.origins[receiver];
@@ -259,17 +259,17 @@ impl Numbers {
         hash::sample_bits(self.key, self.index)
     }
 
-    /// Uniform in 0 ≤ x < 1.
+    /// Returns a uniform number in 0 ≤ x < 1.
     fn unit(&mut self) -> f32 {
         (self.bits() >> 8) as f32 / (1 << 24) as f32
     }
 
-    /// Uniform in the cube −1 … 1.
+    /// Returns a uniform point in the cube −1 … 1.
     fn point(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }
 
-    /// Ten to a power between `low` and `high`.
+    /// Returns ten to a power between `low` and `high`.
     fn power(&mut self, low: f32, high: f32) -> f32 {
         10f32.powf(low + (high - low) * self.unit())
     }

@@ -1,4 +1,4 @@
-//! Attacks on what beams prove: that a group of receivers sees all of the light, or nothing.
+//! Attacks on the proofs of beams that a group of receivers sees all of the light, or nothing.
 //!
 //! Each attack is a scene of a few triangles made to be missed (wires, specks, slivers, triangles that touch the hull of
 //! group and light in one point, lie in its faces or nearly cover the light) and a group of receivers. All masks are
@@ -23,10 +23,10 @@ use serde::Serialize;
 
 use cases::Cases;
 
-/// Attacks that are made at a time.
+/// Number of attacks that are made at a time.
 const ROUND: u32 = 256;
 
-/// What came of attacks.
+/// Outcome of attacks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Outcome {
     /// Groups that were asked about.
@@ -43,12 +43,12 @@ pub struct Outcome {
     pub pairs: u64,
     /// Pairs about which the backend was wrong.
     pub different: u64,
-    /// The first attack that broke it.
+    /// Number of the first attack that broke a proof.
     pub broken: Option<u32>,
 }
 
 impl Outcome {
-    /// The columns of its table.
+    /// Columns of the table.
     pub const COLUMNS: [&str; 8] =
         ["groups", "proved", "lit", "umbra", "cases", "pairs", "different", "broken"];
 }
@@ -75,7 +75,7 @@ pub fn attack(cases: u64, seed: u32, progress: impl FnMut(u64)) -> Result<Outcom
     attack_backend(cases, seed, &|bvh| Box::new(Beam::new(bvh)), progress)
 }
 
-/// [`attack`] on another backend: one that tells in its statistics what it proved.
+/// Attacks another backend, whose statistics count its proofs, as [`attack`] does.
 ///
 /// # Errors
 /// A BVH cannot be built over a scene made here.

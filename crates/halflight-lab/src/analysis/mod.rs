@@ -1,0 +1,11 @@
+//! Comparisons of rows: equal error, equal time, Pareto fronts, scaling, flicker, a paper's figures, summaries in words.
+
+pub mod equal_error;
+pub mod equal_time;
+pub mod flicker;
+pub mod format;
+pub mod paper;
+pub mod pareto;
+pub mod scaling;
+pub mod summary;
+pub mod sweep;

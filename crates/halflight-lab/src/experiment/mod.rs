@@ -1,0 +1,16 @@
+//! Experiments as data: a TOML file says what is varied and is expanded into settings and rows.
+//!
+//! A *setting* is a scene under a light at an image size; it has a reference of its own. A *row* is a pipeline, which is
+//! rendered in every setting.
+
+pub mod bundled;
+mod check;
+mod constants;
+mod file;
+mod paper;
+pub mod plan;
+mod schema;
+
+pub use constants::parameter;
+pub use paper::{Paper, PaperRow};
+pub use schema::{Axis, Experiment, FlickerChoice, Grid, ReferenceChoice, Scaling, SceneChoice};

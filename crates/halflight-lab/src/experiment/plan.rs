@@ -1,0 +1,272 @@
+//! Settings and rows of an experiment.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use anyhow::{Result, anyhow};
+use halflight_core::frame::LightSampling;
+use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
+use halflight_cpu::irradiance::Shading;
+use itertools::{Itertools as _, iproduct};
+use serde::Serialize;
+
+use super::constants;
+use super::schema::{Experiment, ReferenceChoice, SceneChoice};
+use crate::reference::ReferenceConfig;
+
+/// Scene under a light at an image size, with a reference of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// Index of the scene in the experiment.
+    pub scene: usize,
+    /// Factor on the lights' edges.
+    pub light_scale: f32,
+    /// Image width and height, pixels.
+    pub size: [u32; 2],
+    /// Name in titles, without the folders of a path.
+    pub label: String,
+    /// Name in file names.
+    pub slug: String,
+}
+
+/// Pipeline that is rendered in every setting but those of excepted scenes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Configuration of the pipeline.
+    pub config: PipelineConfig,
+    /// Constants that the experiment sets.
+    pub parameters: String,
+    /// Names of scenes in which the row is not rendered.
+    pub except: Vec<String>,
+}
+
+impl Experiment {
+    /// Returns the configuration of a setting's reference.
+    pub fn reference_of(&self, setting: &Setting) -> ReferenceConfig {
+        let [width, height] = setting.size;
+        let own = self.scenes.get(setting.scene).and_then(|choice| choice.reference_samples);
+        let ReferenceChoice { samples, seed } = self.reference;
+        ReferenceConfig { width, height, samples: own.unwrap_or(samples), seed }
+    }
+}
+
+/// Returns all settings of an experiment, scene by scene.
+pub fn settings(experiment: &Experiment) -> Vec<Setting> {
+    let mut settings = Vec::new();
+    for (scene, choice) in experiment.scenes.iter().enumerate() {
+        for (&light_scale, &size) in iproduct!(&experiment.light_scales, &experiment.sizes) {
+            let mut label = scene_label(choice);
+            if experiment.light_scales.len() > 1 {
+                label.push_str(&format!(" light ×{light_scale}"));
+            }
+            if let ([width, height], 2..) = (size, experiment.sizes.len()) {
+                label.push_str(&format!(" {width}×{height}"));
+            }
+            let slug = slug(&label.replace('×', "x"));
+            settings.push(Setting { scene, light_scale, size, label, slug });
+        }
+    }
+    settings
+}
+
+/// Returns a scene's name in tables: the last part of a path, and the parameters that were changed.
+pub fn scene_label(choice: &SceneChoice) -> String {
+    let mut label = Path::new(&choice.name)
+        .file_stem()
+        .map_or(choice.name.clone(), |stem| stem.to_string_lossy().into_owned());
+    for (key, value) in &choice.parameters {
+        label.push_str(&format!(" {key}={value}"));
+    }
+    label
+}
+
+/// Returns all pipelines of an experiment, grid by grid, at its first size.
+///
+/// # Errors
+/// A stage or constant that is unknown or out of range; a pipeline that occurs twice.
+pub fn rows(experiment: &Experiment) -> Result<Vec<Row>, String> {
+    let mut rows = Vec::new();
+    let mut seen = BTreeSet::new();
+    let [width, height] = experiment.sizes.first().copied().unwrap_or_default();
+    for (number, grid) in (1..).zip(&experiment.grids) {
+        let at = |message: String| format!("grid {number}: {message}");
+        let refiners = constants::expand_all::<RefinerConfig>(&grid.refiners).map_err(at)?;
+        let visibilities = constants::expand_all::<VisibilityConfig>(&grid.visibilities).map_err(at)?;
+        let samplings: Vec<LightSampling> = iproduct!(&grid.samples, &grid.patterns, &grid.sharings)
+            .map(|(&count, &kind, &sharing)| LightSampling { count, kind, sharing })
+            .collect();
+        for sampling in &samplings {
+            sampling.pattern().map_err(|fault| at(fault.to_string()))?;
+        }
+        for (refiner, visibility, &sampling, &shading, &upsampler) in
+            iproduct!(&refiners, &visibilities, &samplings, &grid.shadings, &grid.upsamplers)
+        {
+            let config = PipelineConfig {
+                width,
+                height,
+                refiner: refiner.stage,
+                visibility: visibility.stage,
+                upsampler,
+                shading,
+                sampling,
+                seed: experiment.seed,
+            };
+            let said = [&refiner.parameters, &visibility.parameters];
+            let parameters = said.into_iter().filter(|said| !said.is_empty()).join(";");
+            let row = Row { config, parameters, except: grid.except.clone() };
+            if !seen.insert(row.slug()) {
+                return Err(at(format!("{} is there already", row.label())));
+            }
+            rows.push(row);
+        }
+    }
+    Ok(rows)
+}
+
+/// Returns [`settings`] and [`rows`], with the experiment's name in the error.
+///
+/// # Errors
+/// As [`rows`].
+pub fn plan(experiment: &Experiment) -> Result<(Vec<Setting>, Vec<Row>)> {
+    let rows = rows(experiment).map_err(|message| anyhow!("{}: {message}", experiment.name))?;
+    Ok((settings(experiment), rows))
+}
+
+/// Returns the kebab-case name of a unit variant.
+pub(crate) fn word(value: impl Serialize) -> String {
+    serde_json::to_value(value).ok().and_then(|value| value.as_str().map(str::to_string)).unwrap_or_default()
+}
+
+/// Returns the visibility backend's name, unless it is the one that experiments take where they name none.
+fn backend(config: &PipelineConfig) -> Option<&'static str> {
+    (config.visibility != VisibilityConfig::Bvh).then(|| config.visibility.name())
+}
+
+impl Row {
+    /// Returns plain Monte Carlo, as papers render their references.
+    pub fn monte_carlo(width: u32, height: u32, count: u32, seed: u32) -> Self {
+        let config = PipelineConfig {
+            width,
+            height,
+            refiner: RefinerConfig::Full,
+            shading: Shading::Sampled,
+            sampling: LightSampling { count, ..LightSampling::default() },
+            seed,
+            ..PipelineConfig::default()
+        };
+        Self { config, parameters: String::new(), except: Vec::new() }
+    }
+
+    /// Returns whether the row is rendered in a scene.
+    pub fn is_in(&self, scene: &SceneChoice) -> bool {
+        !self.except.contains(&scene.name)
+    }
+
+    /// Returns the row at another image size.
+    #[must_use]
+    pub fn sized(&self, [width, height]: [u32; 2]) -> Self {
+        Self { config: PipelineConfig { width, height, ..self.config }, ..self.clone() }
+    }
+
+    /// Returns the name of the row's fragments in file names. Rows that differ in upsampler and shading alone share it.
+    pub fn fragments_slug(&self) -> String {
+        let sampling = &self.config.sampling;
+        let refiner = self.config.refiner.name();
+        let stages = [refiner, backend(&self.config).unwrap_or_default(), &self.parameters];
+        let stages = stages.into_iter().filter(|part| !part.is_empty()).join(" ");
+        slug(&format!("{stages} {} {} {}", sampling.count, word(sampling.kind), word(sampling.sharing)))
+    }
+
+    /// Returns the row's name in file names.
+    pub fn slug(&self) -> String {
+        format!("{}-{}-{}", self.fragments_slug(), self.config.upsampler.name(), word(self.config.shading))
+    }
+
+    /// Returns the row's name in errors.
+    pub fn named(&self) -> String {
+        format!("row {}", self.label())
+    }
+
+    /// Returns the row's name for people. The upsampler of `full` is left out, since every pixel is a fragment.
+    pub fn label(&self) -> String {
+        let sampling = self.config.sampling;
+        let mut parts = vec![self.config.refiner.name().to_string()];
+        let full = self.config.refiner == RefinerConfig::Full;
+        let parameters = (!self.parameters.is_empty()).then(|| self.parameters.clone());
+        if full {
+            parts.push(sampling.count.to_string());
+        } else {
+            parts.extend(parameters.clone());
+            parts.push(self.config.upsampler.name().to_string());
+        }
+        parts.push(word(self.config.shading));
+        parts.extend(backend(&self.config).map(str::to_string));
+        // Those of `full` are its backend's.
+        parts.extend(parameters.filter(|_| full));
+        let usual = LightSampling::default();
+        if (sampling.kind, sampling.sharing) != (usual.kind, usual.sharing) {
+            parts.push(format!("{}/{}", word(sampling.kind), word(sampling.sharing)));
+        }
+        parts.join(" · ")
+    }
+}
+
+/// Replaces everything but ASCII letters, digits, `.` and `_` by single hyphens.
+pub(crate) fn slug(text: &str) -> String {
+    let mut slug = String::new();
+    for character in text.chars() {
+        if character.is_ascii_alphanumeric() || "._".contains(character) {
+            slug.push(character);
+        } else if !slug.ends_with('-') {
+            slug.push('-');
+        }
+    }
+    slug
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_experiment_is_every_combination() {
+        let experiment = Experiment::resolve("default").unwrap();
+        let (settings, rows) = plan(&experiment).unwrap();
+        assert_eq!(settings.len(), 3);
+        assert_eq!(rows.len(), 2 * 5 * 2 + 3 * 2);
+    }
+
+    #[test]
+    fn labels_hide_folders() {
+        let mut experiment = Experiment::resolve("default").unwrap();
+        experiment.set_scenes(&["/some/where/hall.toml".to_string()]);
+        assert_eq!(settings(&experiment)[0].label, "hall");
+    }
+
+    #[test]
+    fn sizes_are_settings_and_parameters_are_in_labels() {
+        let mut experiment = Experiment::resolve("voxel").unwrap();
+        experiment.sizes = vec![[64, 48], [128, 96]];
+        let (settings, rows) = plan(&experiment).unwrap();
+        assert_eq!((settings[1].slug.as_str(), settings[1].size), ("atrium-128x96", [128, 96]));
+        let row = rows[0].sized(settings[1].size);
+        assert_eq!((row.config.width, row.config.height, row.slug()), (128, 96, rows[0].slug()));
+        let labels: BTreeSet<String> = rows.iter().map(Row::label).collect();
+        assert_eq!(labels.len(), rows.len());
+    }
+
+    #[test]
+    fn a_row_given_twice_is_refused() {
+        let mut experiment = Experiment::resolve("default").unwrap();
+        experiment.grids.push(experiment.grids[0].clone());
+        let fault = rows(&experiment).unwrap_err();
+        assert!(fault.contains("there already"), "{fault}");
+    }
+
+    #[test]
+    fn fragments_are_shared_by_rows_that_differ_in_upsampler_and_shading_alone() {
+        let rows = rows(&Experiment::resolve("default").unwrap()).unwrap();
+        let slugs: BTreeSet<String> = rows.iter().map(Row::fragments_slug).collect();
+        assert_eq!(slugs.len(), 2 + 3);
+    }
+}

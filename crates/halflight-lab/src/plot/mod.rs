@@ -1,0 +1,18 @@
+//! Charts of rows, as SVG and PNG.
+
+mod bars;
+mod canvas;
+mod chart;
+mod draw;
+mod drawing;
+pub mod equal_error;
+pub mod errors;
+pub mod expected;
+pub mod flicker;
+mod marks;
+pub mod scaling;
+pub mod sweep;
+
+pub use bars::{Bar, Bars};
+pub use chart::{Chart, KeyGroup, Mark, Point, Scale, Series, Shape};
+pub use drawing::Drawing;

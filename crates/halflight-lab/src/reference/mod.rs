@@ -1,0 +1,312 @@
+//! Converged references: every pixel its own light samples, pass after pass, until the noise is low enough.
+//!
+//! A pass gives each pixel [`PASS`] jittered samples per light under a key of its own, and adds `Σ g V` and `Σ g` in
+//! double precision. The irradiance is `U · Σ g V / Σ g` with the analytic unshadowed irradiance `U`: a ratio of sums
+//! over all passes, whose bias falls with their number (Heitz, Hill, McGuire 2018). Even and odd passes are kept apart:
+//! two independent halves, from whose difference the noise of the whole is estimated.
+//!
+//! The state is saved while a reference is computed, and one that was stopped goes on bit for bit as if it had not been.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::Vec3;
+use halflight_core::fragment::Fragments;
+use halflight_core::frame::{Frame, LightSampling, Sharing};
+use halflight_core::gbuffer::GBuffer;
+use halflight_core::light::AreaLight;
+use halflight_core::pattern::PatternKind;
+use halflight_core::pyramid::Pyramid;
+use halflight_core::scene::Scene;
+use halflight_core::stages::Refiner;
+use halflight_cpu::bvh::{Bvh, BvhRays};
+use halflight_cpu::config::{PipelineConfig, RefinerConfig};
+use halflight_cpu::flush;
+use halflight_cpu::gbuffer;
+use halflight_cpu::irradiance::{Sums, query_sums};
+use halflight_cpu::pipeline::PipelineError;
+use halflight_cpu::prepared::PreparedScene;
+use halflight_cpu::refine::Full;
+use halflight_cpu::unshadowed::unshadowed;
+use halflight_metrics::{CompareError, Image, ImageError, WriteError, flicker, halves_noise};
+use rayon::prelude::*;
+
+use culled::Culled;
+use halflight_image::memory::{self, NotEnough};
+use state::State;
+
+mod culled;
+mod state;
+pub mod unlit;
+pub mod voxel_errors;
+
+/// Light samples a pixel and pass: the more in one stratified pattern, the lower the noise of as many rays.
+pub const PASS: u32 = 256;
+
+/// Largest number of samples that can be asked for.
+pub const MAX_SAMPLES: u32 = 1 << 30;
+
+/// Passes after which the state is saved.
+const SAVE_EVERY: u32 = 4;
+
+/// Seed of references. Configurations under test have small seeds, so that they share no light sample with it.
+pub const SEED: u32 = 0x5eed_0000;
+
+/// Size, samples and seed of a reference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ReferenceConfig {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Light samples a pixel and light, rounded up to whole pairs of passes of [`PASS`].
+    pub samples: u32,
+    /// Seed of the light samples; [`SEED`] by default. Must not be that of a configuration under test.
+    pub seed: u32,
+}
+
+impl ReferenceConfig {
+    /// Returns about how many bytes a reference of a scene with this many lights takes.
+    fn bytes_needed(&self, lights: usize) -> u64 {
+        /// Bytes a pixel and light: sums of both halves, and their copy on the way to the disk.
+        const SUMS: u64 = 2 * 2 * 16;
+        let sampling = LightSampling { count: PASS, ..LightSampling::default() };
+        let config = PipelineConfig { sampling, ..every_pixel(self.width, self.height) };
+        let pixels = u64::from(self.width) * u64::from(self.height);
+        config.bytes_needed().saturating_add(pixels.saturating_mul(SUMS).saturating_mul(lights as u64))
+    }
+}
+
+impl Default for ReferenceConfig {
+    fn default() -> Self {
+        Self { width: 640, height: 480, samples: 4096, seed: SEED }
+    }
+}
+
+/// Converged image with an estimate of the noise that is left.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Irradiance per channel, W/m²; zero where nothing is seen.
+    pub irradiance: Vec<Vec3>,
+    /// Light samples a pixel and light; more than asked for where the cache had more.
+    pub samples: u32,
+    /// Estimated NMSE₂ against the true image, from the two halves; 0 where no light arrives at all.
+    pub noise_nmse2: f64,
+    /// Estimated mean [`flicker`](flicker()) that its noise makes from frame to frame, where frames have samples of
+    /// their own; from the two halves.
+    pub noise_flicker: f64,
+}
+
+/// Reason why there is no reference.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReferenceError {
+    /// The scene, size or number of samples cannot be rendered.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// No samples, or more than can be counted.
+    #[error("{0} samples asked for; a reference has 1 to {max}", max = MAX_SAMPLES)]
+    Samples(u32),
+    /// The noise cannot be told, since a pixel is not finite.
+    #[error("the noise of the reference cannot be told: {0}")]
+    Noise(#[from] CompareError),
+    /// The halves are no images, which cannot be at a size that the pipeline accepts.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// The image does not fit into memory.
+    #[error("{0}; choose a smaller --size")]
+    Memory(#[from] NotEnough),
+    /// The state cannot be read or is damaged.
+    #[error("cannot go on from the saved state {}: {message}; remove the file to start again", path.display())]
+    State {
+        /// The file.
+        path: PathBuf,
+        /// Fault of the state.
+        message: String,
+    },
+    /// The state cannot be saved.
+    #[error("the state of the reference cannot be saved: {0}")]
+    Write(#[from] WriteError),
+}
+
+/// Computes a reference, or takes it from `cache_dir` (created if it is missing), where its state is kept under a name
+/// made of the content of scene, size and seed. One with at least as many samples is returned as it is; one with fewer
+/// is continued. `progress` is told how many samples a pixel are done, and of how many. An image that no light reaches is
+/// black and has no noise.
+///
+/// # Errors
+/// The scene or size cannot be rendered, memory does not suffice, or the state cannot be read or saved.
+pub fn reference(
+    scene: &Arc<Scene>,
+    bvh: &Arc<Bvh>,
+    config: &ReferenceConfig,
+    cache_dir: Option<&Path>,
+    progress: &mut dyn FnMut(u32, u32),
+) -> Result<Reference, ReferenceError> {
+    let &ReferenceConfig { width, height, samples, seed } = config;
+    if samples == 0 || samples > MAX_SAMPLES {
+        return Err(ReferenceError::Samples(samples));
+    }
+    // Whatever a pipeline would refuse, a reference refuses as well.
+    let prepared =
+        PreparedScene::with_bvh(Scene::clone(scene), Arc::clone(bvh)).map_err(PipelineError::from)?;
+    every_pixel(width, height).builder(&prepared).build()?;
+    let what = format!("a reference of {width}x{height} pixels under {} lights", scene.lights.len());
+    memory::check(what, config.bytes_needed(scene.lights.len()))?;
+    let seen = seen(scene, bvh, [width, height]);
+    let (lights, _) = flush::separate_lights(scene, Some(bvh));
+    let scene = &Scene { lights, ..Scene::clone(scene) };
+
+    let key = state::key(scene, config);
+    let path = cache_dir.map(|folder| folder.join(format!("reference-{key:016x}.state")));
+    let mut state = State::new(key, seen.pixels(), scene.lights.len());
+    if let Some(path) = &path {
+        state.load(path)?;
+    }
+
+    let wanted = samples.div_ceil(2 * PASS) * 2;
+    progress(state.passes.min(wanted) * PASS, wanted * PASS);
+    if let Some(path) = path.as_ref().filter(|_| state.passes < wanted) {
+        State::check_path(path)?;
+    }
+    let mut tracer = Tracer::new(scene, bvh, &seen, seed);
+    while state.passes < wanted {
+        tracer.pass(&mut state)?;
+        if let Some(path) = &path
+            && (state.passes.is_multiple_of(SAVE_EVERY) || state.passes == wanted)
+        {
+            state.save(path)?;
+        }
+        progress(state.passes * PASS, wanted * PASS);
+    }
+    finish(scene, &seen, &state)
+}
+
+fn every_pixel(width: u32, height: u32) -> PipelineConfig {
+    PipelineConfig { width, height, refiner: RefinerConfig::Full, ..PipelineConfig::default() }
+}
+
+/// Stages and buffers that are kept between passes.
+struct Tracer<'a> {
+    scene: &'a Scene,
+    seen: &'a GBuffer,
+    seed: u32,
+    pyramid: Pyramid,
+    refiner: Full,
+    rays: BvhRays,
+    fragments: Fragments,
+    sums: Vec<(u32, Sums)>,
+}
+
+impl<'a> Tracer<'a> {
+    fn new(scene: &'a Scene, bvh: &Arc<Bvh>, seen: &'a GBuffer, seed: u32) -> Self {
+        Self {
+            scene,
+            seen,
+            seed,
+            pyramid: Pyramid::default(),
+            refiner: Full::default(),
+            rays: BvhRays::new(Arc::clone(bvh)),
+            fragments: Fragments::default(),
+            sums: Vec::new(),
+        }
+    }
+
+    /// Adds one pass over all lights to its half.
+    fn pass(&mut self, state: &mut State) -> Result<(), ReferenceError> {
+        let sampling = LightSampling { count: PASS, kind: PatternKind::Jittered, sharing: Sharing::Receiver };
+        let frame = Frame {
+            scene: self.scene,
+            gbuffer: self.seen,
+            pyramid: &self.pyramid,
+            pattern: sampling.pattern().map_err(PipelineError::from)?,
+            sharing: sampling.sharing,
+            index: state.passes,
+            seed: self.seed,
+        };
+        let half = (state.passes % 2) as usize;
+        for (number, light) in self.scene.lights.iter().enumerate() {
+            self.fragments.reset(self.seen.width, self.seen.height, number as u32);
+            let mut rays = Culled { inner: &mut self.rays, light };
+            self.refiner.refine(&frame, number as u32, &mut rays, &mut self.fragments);
+            let fragments = &self.fragments;
+            let sums = fragments.samples().par_iter().map(|sample| {
+                let batch = fragments.batch(sample.batch);
+                (sample.pixel, query_sums(light, batch, sample.first as usize, usize::from(sample.probes)))
+            });
+            sums.collect_into_vec(&mut self.sums);
+            let totals = state.totals_mut(half, number);
+            for &(pixel, sums) in &self.sums {
+                let total = &mut totals[pixel as usize];
+                total[0] += f64::from(sums.visible);
+                total[1] += f64::from(sums.all);
+            }
+        }
+        state.passes += 1;
+        Ok(())
+    }
+}
+
+/// Returns the image of all passes, with the noise that its halves tell of.
+fn finish(scene: &Scene, seen: &GBuffer, state: &State) -> Result<Reference, ReferenceError> {
+    let image = |halves: &[usize]| -> Vec<Vec3> {
+        let pixel = |pixel: usize| {
+            let Some(receiver) = seen.receiver(pixel) else { return Vec3::ZERO };
+            let light = |(number, light): (usize, &AreaLight)| {
+                let total = |side: usize| -> f64 {
+                    halves.iter().map(|&half| state.totals(half, number)[pixel][side]).sum()
+                };
+                let (visible, all) = (total(0), total(1));
+                let fraction = if all > 0.0 { (visible / all) as f32 } else { 0.0 };
+                light.radiance * (unshadowed(light, receiver.origin, receiver.normal) * fraction)
+            };
+            scene.lights.iter().enumerate().map(light).sum()
+        };
+        (0..seen.pixels()).into_par_iter().map(pixel).collect()
+    };
+    let whole = image(&[0, 1]);
+    let mut reference = Reference {
+        width: seen.width,
+        height: seen.height,
+        samples: state.passes * PASS,
+        noise_nmse2: 0.0,
+        noise_flicker: 0.0,
+        irradiance: whole,
+    };
+    if is_black(&reference.irradiance) {
+        return Ok(reference);
+    }
+    let mut halves = [image(&[0]), image(&[1])];
+    // Of what only one half has met, noise is measured against that half.
+    if is_black(&halves[1]) {
+        halves.swap(0, 1);
+    }
+    let mask = receivers(seen);
+    let view = |pixels| Image::new(seen.width, seen.height, pixels)?.with_mask(&mask);
+    let (half, other, mean) = (view(&halves[0])?, view(&halves[1])?, view(&reference.irradiance)?);
+    // The halves differ by twice the error of their mean, frames by √2 of it.
+    let noise_flicker = flicker([half, mean], [other, mean])?.mean / 2f64.sqrt();
+    let noise_nmse2 = halves_noise(half, other)?;
+    (reference.noise_flicker, reference.noise_nmse2) = (noise_flicker, noise_nmse2);
+    Ok(reference)
+}
+
+/// Returns the G-buffer of a scene's camera at a size.
+pub fn seen(scene: &Scene, bvh: &Bvh, [width, height]: [u32; 2]) -> GBuffer {
+    let mut seen = GBuffer::default();
+    gbuffer::trace(bvh, scene, width, height, &mut seen);
+    seen
+}
+
+/// Returns which pixels see geometry.
+pub fn receivers(seen: &GBuffer) -> Vec<bool> {
+    (0..seen.pixels()).map(|pixel| seen.is_receiver(pixel)).collect()
+}
+
+fn is_black(pixels: &[Vec3]) -> bool {
+    pixels.iter().all(|&pixel| pixel == Vec3::ZERO)
+}

@@ -1,0 +1,86 @@
+//! Reasons why an image is black.
+
+use glam::Vec3;
+use halflight_core::gbuffer::{GBuffer, Receiver};
+use halflight_core::light::AreaLight;
+use halflight_core::scene::Scene;
+use halflight_cpu::unshadowed::unshadowed;
+
+/// Returns why no light arrives in an image; `None` where some does.
+///
+/// A black image is a valid result, but relative errors against it are undefined, and a light that faces away is easily
+/// overlooked.
+pub fn unlit(scene: &Scene, gbuffer: &GBuffer, irradiance: &[Vec3]) -> Option<String> {
+    if irradiance.iter().any(|&value| value != Vec3::ZERO) {
+        return None;
+    }
+    let receivers: Vec<Receiver> =
+        (0..gbuffer.pixels()).filter_map(|pixel| gbuffer.receiver(pixel)).collect();
+    if receivers.is_empty() {
+        return Some("the camera sees no surface".to_owned());
+    }
+    let lights = scene.lights.iter().enumerate();
+    let reasons: Vec<String> =
+        lights.map(|(index, light)| format!("light {index} {}", reason(light, &receivers))).collect();
+    Some(format!("no light reaches any visible surface: {}", reasons.join("; ")))
+}
+
+/// Returns why a light does not reach any of the receivers.
+fn reason(light: &AreaLight, receivers: &[Receiver]) -> String {
+    let normal = light.normal();
+    let in_front =
+        |receiver: &Receiver| light.two_sided || (receiver.origin - light.corner).dot(normal) > 0.0;
+    if light.radiance == Vec3::ZERO {
+        "has no radiance".to_owned()
+    } else if !receivers.iter().any(in_front) {
+        format!(
+            "emits along cross(edge_u, edge_v) = ({:.3}, {:.3}, {:.3}), away from all of them; swap edge_u and edge_v, or set \
+             two_sided = true",
+            normal.x, normal.y, normal.z
+        )
+    } else if !receivers.iter().any(|receiver| unshadowed(light, receiver.origin, receiver.normal) > 0.0) {
+        "lies behind all surfaces that it emits towards".to_owned()
+    } else {
+        "is hidden by other surfaces everywhere".to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use halflight_cpu::bvh::Bvh;
+
+    use super::*;
+
+    /// Reason of a black image of the bundled scene `open-floor` after a change.
+    fn said(change: impl Fn(&mut Scene)) -> String {
+        let mut scene = halflight_scene::load_bundled("open-floor").unwrap().scene;
+        change(&mut scene);
+        let bvh = Bvh::build(&scene.mesh).unwrap();
+        unlit(&scene, &super::super::seen(&scene, &bvh, [16, 12]), &[Vec3::ZERO; 192]).unwrap()
+    }
+
+    #[test]
+    fn every_reason_is_named() {
+        assert!(said(|scene| scene.lights[0].radiance = Vec3::ZERO).contains("light 0 has no radiance"));
+        let turned = said(|scene| {
+            let light = &mut scene.lights[0];
+            (light.edge_u, light.edge_v) = (light.edge_v, light.edge_u);
+        });
+        assert!(turned.contains("cross(edge_u, edge_v) = (0.000, 1.000, 0.000), away from all"), "{turned}");
+        let below = said(|scene| {
+            let light = &mut scene.lights[0];
+            light.corner.y = -1.0;
+            light.two_sided = true;
+        });
+        assert!(below.contains("lies behind all surfaces"), "{below}");
+        assert!(said(|_| {}).contains("is hidden by other surfaces"));
+        let up = said(|scene| scene.camera.target = scene.camera.eye + Vec3::new(0.0, 1.0, 0.1));
+        assert_eq!(up, "the camera sees no surface");
+    }
+
+    #[test]
+    fn an_image_with_light_is_not_unlit() {
+        let light = [Vec3::ZERO, Vec3::Z];
+        assert_eq!(unlit(&Scene::default(), &GBuffer::default(), &light), None);
+    }
+}

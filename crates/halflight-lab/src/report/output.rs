@@ -1,0 +1,133 @@
+//! Files of a finished experiment.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use halflight_metrics::write_file;
+use itertools::iproduct;
+
+use super::page::{Figure, report};
+use crate::analysis::{equal_error, equal_time, flicker, paper, scaling};
+use crate::experiment::plan::{scene_label, slug};
+use crate::experiment::{Experiment, FlickerChoice, Scaling};
+use crate::plot::errors::{self, Against};
+use crate::plot::{self, Drawing};
+use crate::results::record::write_csv;
+use crate::results::{Finished, Outcome};
+
+/// Writes `results.csv`, the tables that the experiment asks for (`paper.csv`, `equal-time.csv`, `summary.csv`, `slopes.csv`), the charts
+/// and `report.html`, which names the `command` that made it.
+///
+/// # Errors
+/// A chart cannot be drawn or a file not be written.
+pub fn write(experiment: &Experiment, outcome: &Outcome, out: &Path, command: &str) -> Result<()> {
+    write_csv(&out.join("results.csv"), outcome.rows.iter().map(|row| &row.record))?;
+    if let Some(paper) = &experiment.paper
+        && !paper.rows.is_empty()
+    {
+        paper::table(paper, &outcome.rows).write_csv(&out.join("paper.csv"))?;
+    }
+    if let Some(visibility) = &experiment.equal_time {
+        equal_time::table(&outcome.rows, visibility).write_csv(&out.join("equal-time.csv"))?;
+    }
+    if !experiment.equal_error.is_empty() {
+        let summary = equal_error::summary(&outcome.rows, &experiment.equal_error);
+        summary.table().write_csv(&out.join("summary.csv"))?;
+    }
+    if let Some(Scaling { axis }) = experiment.scaling {
+        let lines = scaling::lines(&outcome.rows, axis);
+        scaling::table(&lines, axis).write_csv(&out.join("slopes.csv"))?;
+    }
+    if experiment.flicker.is_some() {
+        flicker::table(&outcome.rows).write_csv(&out.join("flicker.csv"))?;
+    }
+    let figures = charts(experiment, outcome, out)?;
+    let html = report(experiment, outcome, &figures, command)?;
+    write_file(&out.join("report.html"), html.as_bytes())?;
+    Ok(())
+}
+
+/// Draws the charts and returns their paths.
+fn charts(experiment: &Experiment, outcome: &Outcome, out: &Path) -> Result<Vec<Figure>> {
+    let folder = out.join("charts");
+    fs_err::create_dir_all(&folder)?;
+    let mut charts = Charts { folder, figures: Vec::new() };
+    if let Some(Scaling { axis }) = experiment.scaling {
+        let lines = scaling::lines(&outcome.rows, axis);
+        let title = format!("Visibility against {}", axis.quantity());
+        charts.draw("scaling".to_string(), &plot::scaling::chart(title, &lines, axis), Vec::new())?;
+    }
+    if !experiment.equal_error.is_empty() {
+        let summary = equal_error::summary(&outcome.rows, &experiment.equal_error);
+        charts.draw("summary".to_string(), &plot::equal_error::chart(&summary), Vec::new())?;
+    }
+    if let Some(chart) = plot::expected::chart("Expected and true error".to_string(), &outcome.rows) {
+        charts.draw("expected".to_string(), &chart, Vec::new())?;
+    }
+    for setting in &outcome.settings {
+        let rows = outcome.rows_of(setting);
+        if rows.is_empty() {
+            continue;
+        }
+        let (name, here) = (sized(&setting.label, experiment), vec![setting.slug.clone()]);
+        if experiment.scaling.is_none() {
+            for (against, words) in [(Against::Time, "time"), (Against::Rays, "rays")] {
+                let chart = errors::chart(format!("{name}: error against {words}"), &rows, against);
+                charts.draw(format!("{}-{words}", setting.slug), &chart, here.clone())?;
+            }
+        }
+        if let Some(constant) = &experiment.sweep
+            && let Some(chart) =
+                plot::sweep::chart(format!("{name}: error against {constant}"), &rows, constant)
+        {
+            charts.draw(format!("{}-{}", setting.slug, slug(constant)), &chart, here.clone())?;
+        }
+        if let Some(FlickerChoice { frames, step }) = experiment.flicker {
+            let title = format!("{name}: flicker over {frames} frames, {:.1} ms apart", step * 1e3);
+            charts.draw(format!("{}-flicker", setting.slug), &plot::flicker::bars(title, &rows), here)?;
+        }
+    }
+    if experiment.light_scales.len() > 1 {
+        for ((index, choice), &size) in iproduct!(experiment.scenes.iter().enumerate(), &experiment.sizes) {
+            let mine =
+                outcome.settings.iter().filter(|setting| (setting.scene, setting.size) == (index, size));
+            let slugs: Vec<String> = mine.map(|setting| setting.slug.clone()).collect();
+            let rows: Vec<&Finished> =
+                outcome.rows.iter().filter(|row| slugs.contains(&row.setting)).collect();
+            if !rows.is_empty() {
+                let [width, height] = size;
+                let name = format!("{}, {width} × {height}", scene_label(choice));
+                let chart = errors::chart(
+                    format!("{name}: error against the size of the light"),
+                    &rows,
+                    Against::Light,
+                );
+                charts.draw(format!("{}-light", slugs[0]), &chart, slugs[..1].to_vec())?;
+            }
+        }
+    }
+    Ok(charts.figures)
+}
+
+/// Charts that have been drawn.
+struct Charts {
+    folder: PathBuf,
+    figures: Vec<Figure>,
+}
+
+impl Charts {
+    fn draw(&mut self, slug: String, drawing: &impl Drawing, settings: Vec<String>) -> Result<()> {
+        drawing.write(&self.folder.join(&slug))?;
+        let title = drawing.title().to_string();
+        self.figures.push(Figure { path: format!("charts/{slug}"), title, settings });
+        Ok(())
+    }
+}
+
+/// Returns a setting's label with the size of the image, which labels have only where there are several.
+fn sized(label: &str, experiment: &Experiment) -> String {
+    match experiment.sizes.as_slice() {
+        [[width, height]] => format!("{label}, {width} × {height}"),
+        _ => label.to_string(),
+    }
+}

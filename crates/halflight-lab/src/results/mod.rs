@@ -1,0 +1,15 @@
+//! Rows of a run: records, their CSV files, the names of their pictures, and the program and machine that they come from.
+
+mod frames;
+mod outcome;
+mod pictures;
+mod provenance;
+pub mod record;
+pub mod table;
+
+pub use frames::{FrameError, Means};
+pub use outcome::Outcome;
+pub use pictures::{PictureKind, pictures};
+pub use provenance::{Provenance, hash};
+pub use record::{Finished, PaperError, Record};
+pub use table::{Line, Table};

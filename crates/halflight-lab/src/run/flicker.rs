@@ -1,0 +1,157 @@
+//! Flicker of each row along the scene's animation, frame by frame, against references that move alike.
+
+use halflight_core::scene::Scene;
+use halflight_cpu::prepared::PreparedScene;
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::{Context as _, Result, bail};
+use glam::Vec3;
+use halflight_metrics::{Image, flicker, nmse2};
+
+use super::loaded::Loaded;
+use super::progress::Progress;
+use super::truth::check_light;
+use crate::experiment::plan::{Row, Setting};
+use crate::experiment::{Experiment, FlickerChoice};
+use crate::reference::{ReferenceConfig, receivers, reference, seen};
+use crate::results::FrameError;
+
+/// Images of the frame before.
+struct Before {
+    reference: Vec<Vec3>,
+    receivers: Vec<bool>,
+    /// Images, one a row.
+    images: Vec<Vec<Vec3>>,
+}
+
+/// Renders rows along the animation of their scene and returns the errors of each frame of each row. A row builds
+/// everything anew in each frame and has the same light samples in all of them.
+pub(super) fn measure(
+    experiment: &Experiment,
+    choice: &FlickerChoice,
+    references: &Path,
+    setting: &Setting,
+    loaded: &Loaded,
+    rows: &[&Row],
+    progress: &Progress,
+) -> Result<Vec<Vec<FrameError>>> {
+    let Some(animation) = &loaded.animation else {
+        let (name, scene) = (&experiment.name, &loaded.name);
+        bail!("{name}: [flicker] needs a scene that moves, and {scene} has no [animation]");
+    };
+    let still = loaded.lit(setting.light_scale);
+    let config = experiment.reference_of(setting);
+    let mut frames: Vec<Vec<FrameError>> = vec![Vec::new(); rows.len()];
+    let mut before: Option<Before> = None;
+    for number in 0..choice.frames {
+        let time_s = f64::from(number) * choice.step;
+        let scene = Arc::new(animation.at(&still, time_s as f32));
+        let bvh = if animation.moves_triangles() {
+            let moved = loaded.bvh.follow(&scene.mesh);
+            Arc::new(moved.with_context(|| format!("scene {}", loaded.name))?)
+        } else {
+            Arc::clone(&loaded.bvh)
+        };
+        let of = choice.frames;
+        let mut said = |done: u32, all: u32| {
+            progress.now(format!(
+                "{}: frame {number} of {of}, reference, {done} of {all} samples a pixel",
+                setting.label
+            ));
+        };
+        let truth = reference(&scene, &bvh, &config, Some(references), &mut said)?;
+        let seen = seen(&scene, &bvh, [config.width, config.height]);
+        check_light(&format!("{}, frame {number}", setting.label), &scene, &seen, &truth.irradiance)?;
+        let receivers = receivers(&seen);
+        let mut images = Vec::with_capacity(rows.len());
+        for (index, row) in rows.iter().enumerate() {
+            progress.now(format!("{}: frame {number} of {of}, {}", setting.label, row.label()));
+            let prepared = PreparedScene::with_bvh(Scene::clone(&scene), Arc::clone(&bvh))
+                .with_context(|| row.named())?;
+            let mut pipeline = row.config.builder(&prepared).build().with_context(|| row.named())?;
+            let image = pipeline.render().with_context(|| row.named())?.irradiance.clone();
+            let now = [view(&config, &image, &receivers)?, view(&config, &truth.irradiance, &receivers)?];
+            let flicker = match &before {
+                Some(old) => {
+                    let then = [&old.images[index], &old.reference];
+                    let [then, reference] = then.map(|pixels| view(&config, pixels, &old.receivers));
+                    Some(flicker([then?, reference?], now).with_context(|| row.named())?)
+                }
+                None => None,
+            };
+            let nmse2 = nmse2(now[0], now[1]).with_context(|| row.named())?;
+            frames[index].push(FrameError { time_s, nmse2, flicker, noise: truth.noise_flicker });
+            images.push(image);
+        }
+        before = Some(Before { reference: truth.irradiance, receivers, images });
+    }
+    Ok(frames)
+}
+
+fn view<'a>(config: &ReferenceConfig, pixels: &'a [Vec3], mask: &'a [bool]) -> Result<Image<'a>> {
+    Ok(Image::new(config.width, config.height, pixels)?.with_mask(mask)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::plan;
+    use crate::results::Means;
+
+    const EXPERIMENT: &str = r#"
+        title = "t"
+        description = "d"
+        size = [40, 30]
+        repetitions = 1
+        reference = { samples = 1024, seed = 7 }
+        flicker = { frames = 3, step = 0.25 }
+        scene = [{ name = "contact" }]
+        [[grid]]
+        refiners = [{ name = "full" }]
+        upsamplers = ["bilinear"]
+        shadings = ["ratio"]
+        samples = [4, 64]
+    "#;
+
+    /// Frames of the rows of [`EXPERIMENT`], in a box under a light with this animation.
+    fn frames(animation: &str) -> Result<Vec<Vec<FrameError>>> {
+        let folder = tempfile::tempdir().unwrap();
+        let (_, contact) = halflight_scene::bundled().iter().find(|(name, _)| *name == "contact").unwrap();
+        let path = folder.path().join("box.toml");
+        std::fs::write(&path, format!("{contact}\n{animation}\n")).unwrap();
+        let mut experiment = Experiment::parse(EXPERIMENT, "tiny.toml").unwrap();
+        experiment.set_scenes(&[path.to_string_lossy().into_owned()]);
+        let (settings, rows) = plan::plan(&experiment).unwrap();
+        let rows: Vec<&Row> = rows.iter().collect();
+        let progress = Progress::hidden();
+        let loaded = Loaded::new(&experiment.scenes[0], &progress).unwrap();
+        let choice = experiment.flicker.unwrap();
+        measure(&experiment, &choice, folder.path(), &settings[0], &loaded, &rows, &progress)
+    }
+
+    #[test]
+    fn few_samples_flicker_more_than_many_and_more_than_the_reference() {
+        let found = frames("[[animation.light]]\nkeys = [{ time = 1, translate = [0.6, 0, 0] }]").unwrap();
+        assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [3, 3]);
+        assert!(found[0][0].flicker.is_none() && found[0][2].time_s == 0.5);
+        let [few, many] = [&found[0], &found[1]].map(|frames| Means::of(frames).unwrap());
+        assert!(few.mean > 2.0 * many.mean && many.mean > many.noise, "{few:?} {many:?}");
+        assert!(few.p99 > few.mean && few.nmse2 > many.nmse2 && many.nmse2 > 0.0, "{few:?} {many:?}");
+    }
+
+    #[test]
+    fn what_does_not_move_does_not_flicker() {
+        let found = frames("[[animation.light]]\nkeys = [{ time = 1 }]").unwrap();
+        let means = Means::of(&found[0]).unwrap();
+        assert_eq!((means.mean, means.p99), (0.0, 0.0));
+        assert!(means.nmse2 > 0.0);
+        assert_eq!(Means::of(&found[0][..1]), None);
+    }
+
+    #[test]
+    fn a_scene_without_an_animation_is_refused() {
+        let fault = frames("").unwrap_err().to_string();
+        assert!(fault.contains("box has no [animation]"), "{fault}");
+    }
+}

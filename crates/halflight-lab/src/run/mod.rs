@@ -1,0 +1,17 @@
+//! Runs of an experiment: rows are rendered, timed in turn and measured against references. A run that was stopped goes on
+//! where it was.
+
+mod bench;
+mod device;
+mod flicker;
+mod loaded;
+mod measured;
+mod progress;
+mod runner;
+mod state;
+mod timing;
+mod truth;
+
+pub use device::Device;
+pub use progress::Progress;
+pub use runner::{Places, run};
