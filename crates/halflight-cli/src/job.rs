@@ -1,7 +1,6 @@
 //! `halflight render`: options are checked before anything is loaded, and memory before anything is rendered.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use halflight_cpu::config::{Named, PipelineConfig};
 use halflight_image::memory;
