@@ -27,9 +27,9 @@ fn bench(c: &mut Criterion) {
             refiner: RefinerConfig::named(refiner).unwrap(),
             visibility: VisibilityConfig::named(visibility).unwrap(),
             upsampler: if refiner == "lattice" {
-                UpsamplerConfig::Lattice
+                UpsamplerConfig::Lattice(Default::default())
             } else {
-                UpsamplerConfig::RbfRobust
+                UpsamplerConfig::RbfRobust(Default::default())
             },
             // Supported by all backends.
             sampling: LightSampling { kind: PatternKind::ShiftedRows, ..LightSampling::default() },

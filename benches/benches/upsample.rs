@@ -22,7 +22,7 @@ fn bench(c: &mut Criterion) {
     let mut out = vec![0.0; gbuffer.pixels()];
     let mut group = c.benchmark_group("upsample");
     group.sample_size(20);
-    for upsampler in UpsamplerConfig::ALL {
+    for upsampler in UpsamplerConfig::all() {
         let mut stage = upsampler.stage(&RefinerConfig::default());
         group.bench_function(upsampler.name(), |b| {
             b.iter(|| stage.upsample(&frame, pipeline.fragments(), &values, &mut out));

@@ -76,16 +76,16 @@ fn a_warm_frame_allocates_no_buffer_and_holds_only_what_it_uses() {
     let stage = Stage::new(blocker_over_floor()).unwrap();
     let mut held = Vec::new();
     for &name in RefinerConfig::NAMES {
-        for upsampler in UpsamplerConfig::ALL {
+        for upsampler in UpsamplerConfig::all() {
             // Spade rebuilds its triangulation every frame and owns its memory.
-            if upsampler == UpsamplerConfig::Delaunay {
+            if upsampler == UpsamplerConfig::Delaunay(Default::default()) {
                 continue;
             }
             let refiner = RefinerConfig::named(name).unwrap();
             let config =
                 PipelineConfig { width: 320, height: 240, refiner, upsampler, ..PipelineConfig::default() };
             let peak_bytes = render_warm(&stage, &config, &format!("{name} {upsampler:?}"));
-            if upsampler == UpsamplerConfig::RbfRobust {
+            if upsampler == UpsamplerConfig::RbfRobust(Default::default()) {
                 held.push((name, peak_bytes));
             }
         }

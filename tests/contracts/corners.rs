@@ -80,7 +80,7 @@ fn corner_samples_go_through_every_upsampler() {
     let stage = Stage::new(blocker_over_floor()).unwrap();
     let mut full = stage.builder().size(160, 120).refiner(Full::default()).build().unwrap();
     let reference = full.render().unwrap().clone();
-    for upsampler in UpsamplerConfig::ALL {
+    for upsampler in UpsamplerConfig::all() {
         for shading in [Shading::Sampled, Shading::Ratio] {
             let builder = stage.builder().size(160, 120).refiner(Corners).shading(shading);
             let mut pipeline =
@@ -90,7 +90,11 @@ fn corner_samples_go_through_every_upsampler() {
             let error = nmse2(&image, &reference);
             // Cells of 4 × 4 pixels blur the penumbra; the Gaussian RBFs are not designed for corners and
             // must only stay finite.
-            let faithful = matches!(upsampler, UpsamplerConfig::RbfFixed | UpsamplerConfig::RbfAdaptive);
+            let faithful = matches!(
+                upsampler,
+                UpsamplerConfig::RbfFixed(Default::default())
+                    | UpsamplerConfig::RbfAdaptive(Default::default())
+            );
             assert!(error < if faithful { 0.5 } else { 0.02 }, "{upsampler:?} {shading:?}: {error}");
             let fragments = pipeline.fragments();
             let refers: usize = fragments.cells().iter().map(|cell| fragments.cell_samples(cell).len()).sum();

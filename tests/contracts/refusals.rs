@@ -48,7 +48,7 @@ fn refiner_and_upsampler_end_surfaces_at_the_same_limits() {
         width: 160,
         height: 120,
         refiner: RefinerConfig::Lattice(lattice),
-        upsampler: UpsamplerConfig::Lattice,
+        upsampler: UpsamplerConfig::Lattice(Default::default()),
         ..PipelineConfig::default()
     };
     let by_hand = |limits: DiscontinuityLimits| {

@@ -141,7 +141,7 @@ fn refiners() {
 fn the_lattice() {
     let Some(bench) = Bench::open() else { return };
     let refiner = RefinerConfig::Lattice(LatticeConfig::default());
-    let upsampler = UpsamplerConfig::Lattice;
+    let upsampler = UpsamplerConfig::Lattice(Default::default());
     let config = PipelineConfig { refiner, upsampler, ..full(140, 100, Shading::Ratio) };
     let wrong = [
         [

@@ -147,7 +147,7 @@ fn refiners_ask_all_backends_alike() {
     for refiner in refiners {
         for config in [beams(), raster4d()] {
             let upsampler = match refiner {
-                RefinerConfig::Lattice(_) => UpsamplerConfig::Lattice,
+                RefinerConfig::Lattice(_) => UpsamplerConfig::Lattice(Default::default()),
                 _ => config.upsampler,
             };
             let image = |visibility| {

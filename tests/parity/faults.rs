@@ -73,8 +73,11 @@ fn refiners_survive_lists_that_overflow() {
         (lattice, &["refine/lattice_request", "indirect_arguments"]),
     ];
     for (refiner, modules) in cases {
-        let upsampler =
-            if refiner == lattice { UpsamplerConfig::Lattice } else { UpsamplerConfig::RbfRobust };
+        let upsampler = if refiner == lattice {
+            UpsamplerConfig::Lattice(Default::default())
+        } else {
+            UpsamplerConfig::RbfRobust(Default::default())
+        };
         // 109 × 83 pixels: shares of these are no multiple of a cell's queries.
         let config = PipelineConfig { refiner, upsampler, ..full(109, 83, Shading::Ratio) };
         let mut plain = bench.renderer(&bundled("toys").scene, &config).unwrap();

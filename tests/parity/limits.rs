@@ -35,8 +35,8 @@ fn all_refiners() -> [RefinerConfig; 4] {
 
 fn config(refiner: RefinerConfig) -> PipelineConfig {
     let upsampler = match refiner {
-        RefinerConfig::Lattice(_) => UpsamplerConfig::Lattice,
-        _ => UpsamplerConfig::RbfRobust,
+        RefinerConfig::Lattice(_) => UpsamplerConfig::Lattice(Default::default()),
+        _ => UpsamplerConfig::RbfRobust(Default::default()),
     };
     PipelineConfig { refiner, upsampler, ..full(110, 83, Shading::Ratio) }
 }

@@ -159,8 +159,11 @@ fn the_lattice_is_that_of_the_cpu() {
     let cases = [("toys", Shading::Sampled), ("atrium", Shading::Ratio), ("tree", Shading::Ratio)];
     for (scene, shading) in cases {
         let refiner = RefinerConfig::Lattice(LatticeConfig::default());
-        let config =
-            PipelineConfig { refiner, upsampler: UpsamplerConfig::Lattice, ..full(203, 117, shading) };
+        let config = PipelineConfig {
+            refiner,
+            upsampler: UpsamplerConfig::Lattice(Default::default()),
+            ..full(203, 117, shading)
+        };
         let twins = Twins::render(&bench, scene, &config, true);
         check_lattice(&bench, &twins, shading).unwrap_or_else(|off| panic!("{scene} {shading:?}: {off}"));
     }

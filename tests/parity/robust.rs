@@ -93,7 +93,7 @@ fn what_cannot_be_rendered_is_refused() {
     let refused = |scene: &Scene, config: &PipelineConfig| bench.renderer(scene, config).unwrap_err();
     let dark = Scene { lights: Vec::new(), ..blocker_over_floor() };
     assert!(matches!(refused(&dark, &config), GpuError::Pipeline(_)));
-    let triangulated = PipelineConfig { upsampler: UpsamplerConfig::Delaunay, ..config };
+    let triangulated = PipelineConfig { upsampler: UpsamplerConfig::Delaunay(Default::default()), ..config };
     assert!(matches!(refused(&scene, &triangulated), GpuError::Unsupported { stage: "delaunay", .. }));
     let refiner = RefinerConfig::Lattice(LatticeConfig { certify: true, ..LatticeConfig::default() });
     let error = refused(&scene, &PipelineConfig { refiner, ..config });

@@ -29,7 +29,7 @@ pub(crate) fn full(width: u32, height: u32, shading: Shading) -> PipelineConfig 
         width,
         height,
         refiner: RefinerConfig::Full,
-        upsampler: UpsamplerConfig::RbfRobust,
+        upsampler: UpsamplerConfig::RbfRobust(Default::default()),
         shading,
         ..PipelineConfig::default()
     }

@@ -22,7 +22,7 @@ fn lattice(target: f32) -> LatticeConfig {
 fn config(target: f32) -> PipelineConfig {
     PipelineConfig {
         refiner: RefinerConfig::Lattice(lattice(target)),
-        upsampler: UpsamplerConfig::Lattice,
+        upsampler: UpsamplerConfig::Lattice(Default::default()),
         ..full(406, 234, Shading::Ratio)
     }
 }

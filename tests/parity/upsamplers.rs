@@ -68,10 +68,10 @@ pub(crate) fn check(
 /// Agreements at the limits of a surface amplify rounding. Exponentials are accurate to a few units in the
 /// last place, and the papers' matrices are used down to determinants of 1e-6, which wide variances approach.
 pub(crate) const UPSAMPLERS: [(UpsamplerConfig, f32); 4] = [
-    (UpsamplerConfig::Bilinear, 1e-6),
-    (UpsamplerConfig::RbfFixed, 1e-3),
-    (UpsamplerConfig::RbfAdaptive, 1e-2),
-    (UpsamplerConfig::RbfRobust, 1e-3),
+    (UpsamplerConfig::Bilinear(Default::default()), 1e-6),
+    (UpsamplerConfig::RbfFixed(Default::default()), 1e-3),
+    (UpsamplerConfig::RbfAdaptive(Default::default()), 1e-2),
+    (UpsamplerConfig::RbfRobust(Default::default()), 1e-3),
 ];
 
 #[test]
@@ -98,8 +98,11 @@ fn the_lattice_interpolates_as_on_the_cpu() {
     for scene in SCENES {
         for shading in [Shading::Ratio, Shading::Sampled] {
             let refiner = RefinerConfig::Lattice(LatticeConfig::default());
-            let config =
-                PipelineConfig { refiner, upsampler: UpsamplerConfig::Lattice, ..full(140, 100, shading) };
+            let config = PipelineConfig {
+                refiner,
+                upsampler: UpsamplerConfig::Lattice(Default::default()),
+                ..full(140, 100, shading)
+            };
             let twins = Twins::render(&bench, scene, &config, true);
             // The analytic irradiance that weights the values differs by as much (see `whole`).
             check(&bench, &twins, &config, 1e-4).unwrap_or_else(|off| panic!("{scene} {shading:?}: {off}"));

@@ -214,7 +214,7 @@ fn refiners_ask_voxels_as_on_the_cpu() {
     for refiner in refiners {
         let usual = marching(VoxelConfig::default());
         let upsampler = match refiner {
-            RefinerConfig::Lattice(_) => UpsamplerConfig::Lattice,
+            RefinerConfig::Lattice(_) => UpsamplerConfig::Lattice(Default::default()),
             _ => usual.upsampler,
         };
         let config = PipelineConfig { refiner, upsampler, ..usual };

@@ -50,7 +50,7 @@ fn shares(stage: &Stage, config: &PipelineConfig) -> (f32, f32) {
 
 /// Every exact backend with the per-pixel refiner, and the default.
 fn methods() -> Vec<(&'static str, PipelineConfig)> {
-    let full = |name| (name, config(name, RefinerConfig::Full, UpsamplerConfig::Lattice));
+    let full = |name| (name, config(name, RefinerConfig::Full, UpsamplerConfig::Lattice(Default::default())));
     let mut methods: Vec<_> = ["bvh", "raster4d", "beam", "auto"].map(full).to_vec();
     methods.push(("default", PipelineConfig { width: 32, height: 24, ..PipelineConfig::default() }));
     methods
@@ -151,7 +151,9 @@ fn both_sides_of_a_light_in_a_surface_shine() {
     Arc::make_mut(&mut open.mesh).material_ids.drain(2..4);
     let [with, without] = [scene, open].map(|scene| {
         let stage = Stage::new(scene).unwrap();
-        stage.render(&config("bvh", RefinerConfig::Full, UpsamplerConfig::Lattice)).unwrap()
+        stage
+            .render(&config("bvh", RefinerConfig::Full, UpsamplerConfig::Lattice(Default::default())))
+            .unwrap()
     });
     let lit = without.irradiance.iter().filter(|e| e.x > 0.0).count();
     assert!(lit > 200, "{lit}");

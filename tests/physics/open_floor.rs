@@ -26,10 +26,10 @@ fn ratio_shading_is_exact_for_every_refiner_and_upsampler() {
     let stage = Stage::bundled("open-floor").unwrap();
     for refiner in RefinerConfig::NAMES {
         for upsampler in [
-            UpsamplerConfig::Bilinear,
-            UpsamplerConfig::RbfRobust,
-            UpsamplerConfig::Delaunay,
-            UpsamplerConfig::Lattice,
+            UpsamplerConfig::Bilinear(Default::default()),
+            UpsamplerConfig::RbfRobust(Default::default()),
+            UpsamplerConfig::Delaunay(Default::default()),
+            UpsamplerConfig::Lattice(Default::default()),
         ] {
             let config = PipelineConfig {
                 width: 160,

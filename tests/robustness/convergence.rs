@@ -13,7 +13,7 @@ fn config(refiner: RefinerConfig) -> PipelineConfig {
         width: 192,
         height: 144,
         refiner,
-        upsampler: UpsamplerConfig::RbfRobust,
+        upsampler: UpsamplerConfig::RbfRobust(Default::default()),
         shading: Shading::Ratio,
         sampling: LightSampling { count: 64, kind: PatternKind::Grid, sharing: Sharing::Frame },
         ..PipelineConfig::default()

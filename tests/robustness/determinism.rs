@@ -13,7 +13,7 @@ fn bits(image: &[Vec3]) -> Vec<[u32; 3]> {
 fn images_are_identical_for_one_two_and_eight_threads() {
     let stage = Stage::bundled("atrium").unwrap();
     for refiner in RefinerConfig::NAMES {
-        for (upsampler, shading) in UpsamplerConfig::ALL.into_iter().zip([
+        for (upsampler, shading) in UpsamplerConfig::all().into_iter().zip([
             Shading::Sampled,
             Shading::Ratio,
             Shading::Sampled,

@@ -41,7 +41,7 @@ fn hashes(scene: &str) -> String {
                 let rows = *visibility == "raster4d";
                 let kind = if rows { PatternKind::ShiftedRows } else { PatternKind::Jittered };
                 let mut state = 0xcbf2_9ce4_8422_2325;
-                for upsampler in UpsamplerConfig::ALL {
+                for upsampler in UpsamplerConfig::all() {
                     for shading in [Shading::Sampled, Shading::Ratio] {
                         let config = PipelineConfig {
                             width,

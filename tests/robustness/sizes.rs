@@ -51,7 +51,7 @@ fn odd_sizes_are_covered_by_cells_exactly_once() {
     let stage = Stage::new(blocker_over_floor()).unwrap();
     for (width, height) in [(1, 1), (2, 1), (1, 7), (1, 200), (200, 1), (127, 129), (129, 65)] {
         for refiner in RefinerConfig::NAMES {
-            for upsampler in UpsamplerConfig::ALL {
+            for upsampler in UpsamplerConfig::all() {
                 for shading in [Shading::Sampled, Shading::Ratio] {
                     check(&stage, width, height, refiner, upsampler, shading);
                 }
@@ -65,7 +65,7 @@ fn the_papers_size_is_covered_too() {
     // 960 is 7.5 × 128: clipped border fragments.
     let stage = Stage::new(blocker_over_floor()).unwrap();
     for refiner in ["nichols", "sfvt-gass", "lattice"] {
-        check(&stage, 1280, 960, refiner, UpsamplerConfig::RbfRobust, Shading::Ratio);
+        check(&stage, 1280, 960, refiner, UpsamplerConfig::RbfRobust(Default::default()), Shading::Ratio);
     }
 }
 

@@ -41,7 +41,7 @@ fn missed(stage: &Stage, certify: bool) -> (usize, f64) {
             width: 192,
             height: 144,
             refiner,
-            upsampler: UpsamplerConfig::Lattice,
+            upsampler: UpsamplerConfig::Lattice(Default::default()),
             sampling: LightSampling { count: 64, kind: PatternKind::Jittered, sharing: Sharing::Receiver },
             ..PipelineConfig::default()
         };

@@ -36,10 +36,7 @@ pub(crate) fn configure(choices: &Choices) -> Result<PipelineConfig, String> {
     let config = config.finish()?;
     if let RefinerConfig::Lattice(lattice) = config.refiner
         && lattice.certify
-        && !matches!(
-            config.visibility,
-            VisibilityConfig::Bvh | VisibilityConfig::Beam | VisibilityConfig::Auto
-        )
+        && !config.visibility.certifies()
     {
         let name = config.visibility.name();
         return Err(format!(
@@ -74,7 +71,10 @@ fn options(choices: &Choices) -> Value {
     put("shading", if lattice { Some(json!("ratio")) } else { text(&choices.shading) });
     put("seed", choices.seed.map(|seed| json!(seed)));
     // It needs samples in rows.
-    let rows = (choices.visibility.as_deref() == Some("raster4d")).then(|| json!("shifted-rows"));
+    let backend = choices.visibility.as_deref().and_then(VisibilityConfig::named);
+    let rows =
+        backend.is_some_and(|backend| backend.fit(LightSampling::default()) != LightSampling::default());
+    let rows = rows.then(|| json!(backend.unwrap_or_default().fit(LightSampling::default()).kind));
     let sampling = [
         ("count", choices.samples.map(|samples| json!(samples))),
         ("kind", text(&choices.pattern).or(rows)),
@@ -89,8 +89,8 @@ fn options(choices: &Choices) -> Value {
 /// Returns whether stages are chosen that the default error target does not go with.
 fn contradicts_target(choices: &Choices) -> bool {
     let Choices { upsampler, shading, pattern, .. } = choices;
-    let exact = matches!(choices.visibility.as_deref(), None | Some("bvh" | "beam" | "auto"));
-    !exact || [upsampler, shading, pattern].into_iter().any(Option::is_some)
+    let backend = choices.visibility.as_deref().and_then(VisibilityConfig::named).unwrap_or_default();
+    !backend.certifies() || [upsampler, shading, pattern].into_iter().any(Option::is_some)
 }
 
 /// Reads a configuration file: JSON by its ending, TOML otherwise.
@@ -126,12 +126,21 @@ impl Layered {
     /// Lays `layer` over the keys so far. Every key is tried as soon as it is set, so that a fault has its name. A refiner brings
     /// the upsampler that fits it, and it or a number of light samples ends the default error target, unless these are chosen.
     fn lay(&mut self, layer: &Value) -> Result<(), String> {
+        let mut layer = layer.clone();
+        // A name alone stands for the upsampler with its default constants.
+        if let Some(upsampler) = layer.get_mut("upsampler")
+            && upsampler.is_string()
+        {
+            *upsampler = json!({ "name": upsampler });
+        }
+        let layer = &layer;
         self.upsampler |= layer.get("upsampler").is_some();
         self.target |= layer.pointer("/refiner/target").is_some();
         if self.choose::<RefinerConfig>(layer)? && !self.upsampler {
             let upsampler = self.finish()?.refiner.upsampler();
-            self.keys["upsampler"] = json!(upsampler.name());
+            self.keys["upsampler"] = serde_json::to_value(upsampler).map_err(|error| error.to_string())?;
         }
+        self.choose::<UpsamplerConfig>(layer)?;
         self.choose::<VisibilityConfig>(layer)?;
         if ["/refiner/name", "/sampling/count"].iter().any(|key| layer.pointer(key).is_some()) {
             self.leave_target();

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use halflight_core::frame::LightSampling;
+use halflight_core::pattern::PatternKind;
 use halflight_core::stages::{Refiner, Upsampler, Visibility};
-use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
+use serde::de::{DeserializeOwned, Error as _};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::beam::Beam;
 use crate::bvh::{Bvh, BvhRays};
@@ -16,75 +17,124 @@ use crate::raster4d::{Raster4d, Raster4dConfig};
 use crate::refine::{
     DiscontinuityLimits, Full, Lattice, LatticeConfig, Nichols, NicholsConfig, SfvtGass, SfvtGassConfig,
 };
-use crate::upsample::{self, Bilinear, Delaunay, RbfAdaptive, RbfFixed, RbfRobust};
+use crate::upsample::{
+    self, Bilinear, BilinearConfig, Delaunay, DelaunayConfig, RbfAdaptive, RbfAdaptiveConfig, RbfFixed,
+    RbfFixedConfig, RbfRobust, RbfRobustConfig,
+};
 use crate::voxel::{VoxelConfig, Voxels};
 
 /// NMSE₂ that a frame comes down to where nothing else is chosen: the noise of 64 jittered samples in every pixel of a hall is
 /// 3e-5 to 1e-4.
 pub const DEFAULT_TARGET: f32 = 1e-4;
 
-/// A refiner and its constants.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "name", rename_all = "kebab-case")]
-pub enum RefinerConfig {
-    /// 3 × 3 neighbourhoods (Nichols10).
-    Nichols(NicholsConfig),
-    /// Sub-fragment visibility test and gradient-aware refinement (Koa17).
-    SfvtGass(SfvtGassConfig),
-    /// Every pixel its own samples.
-    Full,
-    /// Cells with masks at their corners, split where the visible fraction cannot be predicted.
-    Lattice(LatticeConfig),
-}
+/// Declares the stages of one kind, an entry a stage: documentation, variant, constants and name. Names, defaults by name and the
+/// list of all stages follow from it.
+macro_rules! stages {
+    ($(#[$about:meta])* $kind:ident, $title:literal, $($(#[$doc:meta])* $variant:ident $(($constants:ty))? = $name:literal,)+) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+        #[serde(tag = "name", rename_all = "kebab-case")]
+        #[non_exhaustive]
+        pub enum $kind {
+            $($(#[$doc])* #[serde(rename = $name)] $variant $(($constants))?,)+
+        }
 
-/// A visibility backend and its constants.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "name", rename_all = "kebab-case")]
-pub enum VisibilityConfig {
-    /// Shadow rays through the BVH, in packets.
-    Bvh,
-    /// 4D rasterization (Wang17).
-    Raster4d(Raster4dConfig),
-    /// Beams and shafts through the BVH.
-    Beam,
-    /// Beams where few triangles lie between receivers and light, rays elsewhere; their answers are the same.
-    #[default]
-    Auto,
-    /// Voxel marching (Nichols10): approximate.
-    Voxel(VoxelConfig),
+        impl Named for $kind {
+            const STAGE: &str = $title;
+            const NAMES: &[&str] = &[$($name),+];
+
+            fn named(name: &str) -> Option<Self> {
+                match name {
+                    $($name => Some(Self::$variant $((<$constants>::default()))?),)+
+                    _ => None,
+                }
+            }
+
+            fn name(&self) -> &'static str {
+                match self {
+                    $(Self::$variant { .. } => $name,)+
+                }
+            }
+        }
+    };
 }
 
 /// A stage with its constants, chosen by name.
 pub trait Named: Sized + Serialize + DeserializeOwned {
-    /// What the stage is called.
+    /// Kind of stage: `refiner`, `visibility` or `upsampler`.
     const STAGE: &str;
-    /// The names that [`Named::named`] knows.
+    /// Names of all stages of the kind.
     const NAMES: &[&str];
 
-    /// The choice of this name with its default constants.
+    /// Returns the stage of this name with its default constants.
     fn named(name: &str) -> Option<Self>;
 
-    /// Its name in options, files and tables.
+    /// Returns the stage's name in options, files and tables.
     fn name(&self) -> &'static str;
+
+    /// Returns all stages of the kind with their default constants, in the order of their names.
+    fn all() -> Vec<Self> {
+        Self::NAMES.iter().filter_map(|name| Self::named(name)).collect()
+    }
 }
 
-/// An upsampler.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum UpsamplerConfig {
+stages! {
+    /// A refiner and its constants.
+    RefinerConfig, "refiner",
+    /// 3 × 3 neighbourhoods (Nichols10).
+    Nichols(NicholsConfig) = "nichols",
+    /// Sub-fragment visibility test and gradient-aware refinement (Koa17).
+    SfvtGass(SfvtGassConfig) = "sfvt-gass",
+    /// Every pixel with light samples of its own.
+    Full = "full",
+    /// Cells with masks at their corners, split where the visible fraction cannot be predicted.
+    Lattice(LatticeConfig) = "lattice",
+}
+
+stages! {
+    /// A visibility backend and its constants.
+    VisibilityConfig, "visibility",
+    /// Shadow rays through the BVH, in packets.
+    Bvh = "bvh",
+    /// 4D rasterization (Wang17).
+    Raster4d(Raster4dConfig) = "raster4d",
+    /// Beams and shafts through the BVH.
+    Beam = "beam",
+    /// Beams where few triangles lie between receivers and light, rays elsewhere; their answers are equal.
+    Auto = "auto",
+    /// Voxel marching (Nichols10): approximate.
+    Voxel(VoxelConfig) = "voxel",
+}
+
+stages! {
+    /// An upsampler and its constants.
+    UpsamplerConfig, "upsampler",
     /// Multi-pass bilinear (Nichols10).
-    Bilinear,
+    Bilinear(BilinearConfig) = "bilinear",
     /// Gaussian RBF of fixed variance (Koa16).
-    RbfFixed,
+    RbfFixed(RbfFixedConfig) = "rbf-fixed",
     /// Gaussian RBF of adaptive variance (Koa17).
-    RbfAdaptive,
+    RbfAdaptive(RbfAdaptiveConfig) = "rbf-adaptive",
     /// Normalised, plane-aware RBF weights.
-    RbfRobust,
+    RbfRobust(RbfRobustConfig) = "rbf-robust",
     /// Triangulation of the samples.
-    Delaunay,
-    /// Bilinear between the corners of cells. On the GPU it takes the lattice refiner.
-    #[default]
-    Lattice,
+    Delaunay(DelaunayConfig) = "delaunay",
+    /// Bilinear between the corners of cells, which end at the lattice refiner's discontinuities. The constants are those of
+    /// `rbf-robust`, for pixels that no corner serves. On the GPU it takes the lattice refiner.
+    Lattice(RbfRobustConfig) = "lattice",
+}
+
+impl Default for VisibilityConfig {
+    fn default() -> Self {
+        Self::Auto
+    }
+}
+
+impl Default for UpsamplerConfig {
+    /// The one that fits the default refiner.
+    fn default() -> Self {
+        RefinerConfig::default().upsampler()
+    }
 }
 
 /// All choices of a pipeline but the scene.
@@ -99,6 +149,7 @@ pub struct PipelineConfig {
     /// Visibility backend.
     pub visibility: VisibilityConfig,
     /// Upsampler.
+    #[serde(deserialize_with = "name_or_table")]
     pub upsampler: UpsamplerConfig,
     /// What is interpolated.
     pub shading: Shading,
@@ -123,30 +174,6 @@ impl Default for PipelineConfig {
     }
 }
 
-impl Named for RefinerConfig {
-    const STAGE: &str = "refiner";
-    const NAMES: &[&str] = &["nichols", "sfvt-gass", "full", "lattice"];
-
-    fn named(name: &str) -> Option<Self> {
-        match name {
-            "nichols" => Some(Self::Nichols(NicholsConfig::default())),
-            "sfvt-gass" => Some(Self::SfvtGass(SfvtGassConfig::default())),
-            "full" => Some(Self::Full),
-            "lattice" => Some(Self::Lattice(LatticeConfig::default())),
-            _ => None,
-        }
-    }
-
-    fn name(&self) -> &'static str {
-        match self {
-            Self::Nichols(_) => "nichols",
-            Self::SfvtGass(_) => "sfvt-gass",
-            Self::Full => "full",
-            Self::Lattice(_) => "lattice",
-        }
-    }
-}
-
 /// The lattice at an error target of [`DEFAULT_TARGET`].
 impl Default for RefinerConfig {
     fn default() -> Self {
@@ -158,9 +185,9 @@ impl RefinerConfig {
     /// Returns the upsampler that fits the refiner, on the CPU and on the GPU: what is taken where none is chosen.
     pub fn upsampler(&self) -> UpsamplerConfig {
         match self {
-            Self::Lattice(_) => UpsamplerConfig::Lattice,
-            Self::Full => UpsamplerConfig::Bilinear,
-            Self::Nichols(_) | Self::SfvtGass(_) => UpsamplerConfig::RbfRobust,
+            Self::Lattice(_) => UpsamplerConfig::Lattice(RbfRobustConfig::default()),
+            Self::Full => UpsamplerConfig::Bilinear(BilinearConfig::default()),
+            Self::Nichols(_) | Self::SfvtGass(_) => UpsamplerConfig::RbfRobust(RbfRobustConfig::default()),
         }
     }
 
@@ -175,33 +202,27 @@ impl RefinerConfig {
     }
 }
 
-impl Named for VisibilityConfig {
-    const STAGE: &str = "visibility";
-    const NAMES: &[&str] = &["bvh", "raster4d", "beam", "auto", "voxel"];
-
-    fn named(name: &str) -> Option<Self> {
-        match name {
-            "bvh" => Some(Self::Bvh),
-            "raster4d" => Some(Self::Raster4d(Raster4dConfig::default())),
-            "beam" => Some(Self::Beam),
-            "auto" => Some(Self::Auto),
-            "voxel" => Some(Self::Voxel(VoxelConfig::default())),
-            _ => None,
-        }
-    }
-
-    fn name(&self) -> &'static str {
-        match self {
-            Self::Bvh => "bvh",
-            Self::Raster4d(_) => "raster4d",
-            Self::Beam => "beam",
-            Self::Auto => "auto",
-            Self::Voxel(_) => "voxel",
-        }
-    }
-}
-
 impl VisibilityConfig {
+    /// Returns true where every light sample is answered exactly.
+    pub fn is_exact(&self) -> bool {
+        !matches!(self, Self::Voxel(_))
+    }
+
+    /// Returns true where regions can be certified, as the lattice's `certify` needs.
+    pub fn certifies(&self) -> bool {
+        matches!(self, Self::Bvh | Self::Beam | Self::Auto)
+    }
+
+    /// Returns the light samples with the placement that the backend needs: rows for 4D rasterization.
+    pub fn fit(&self, sampling: LightSampling) -> LightSampling {
+        match (self, sampling.kind) {
+            (Self::Raster4d(_), PatternKind::Jittered) => {
+                LightSampling { kind: PatternKind::ShiftedRows, ..sampling }
+            }
+            _ => sampling,
+        }
+    }
+
     /// The stage itself.
     ///
     /// # Errors
@@ -218,50 +239,41 @@ impl VisibilityConfig {
 }
 
 impl UpsamplerConfig {
-    /// The names that [`UpsamplerConfig::named`] knows.
-    pub const NAMES: [&str; 6] =
-        ["bilinear", "rbf-fixed", "rbf-adaptive", "rbf-robust", "delaunay", "lattice"];
-
-    /// All upsamplers, in the order of their names.
-    pub const ALL: [Self; 6] =
-        [Self::Bilinear, Self::RbfFixed, Self::RbfAdaptive, Self::RbfRobust, Self::Delaunay, Self::Lattice];
-
-    /// The upsampler of this name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|upsampler| upsampler.name() == name)
-    }
-
-    /// Its name in options, files and tables.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Bilinear => "bilinear",
-            Self::RbfFixed => "rbf-fixed",
-            Self::RbfAdaptive => "rbf-adaptive",
-            Self::RbfRobust => "rbf-robust",
-            Self::Delaunay => "delaunay",
-            Self::Lattice => "lattice",
-        }
-    }
-
-    /// The stage itself, behind a refiner: between corners of cells, surfaces end where the lattice refiner says.
+    /// Makes the stage, to go behind a refiner: between corners of cells, surfaces end where the lattice refiner says.
     pub fn stage(&self, refiner: &RefinerConfig) -> Box<dyn Upsampler> {
-        match self {
-            Self::Bilinear => Box::new(Bilinear::default()),
-            Self::RbfFixed => Box::new(RbfFixed::default()),
-            Self::RbfAdaptive => Box::new(RbfAdaptive::default()),
-            Self::RbfRobust => Box::new(RbfRobust::default()),
-            Self::Delaunay => Box::new(Delaunay::default()),
-            Self::Lattice => {
+        match *self {
+            Self::Bilinear(config) => Box::new(Bilinear::new(config)),
+            Self::RbfFixed(config) => Box::new(RbfFixed::new(config)),
+            Self::RbfAdaptive(config) => Box::new(RbfAdaptive::new(config)),
+            Self::RbfRobust(config) => Box::new(RbfRobust::new(config)),
+            Self::Delaunay(config) => Box::new(Delaunay::new(config)),
+            Self::Lattice(rest) => {
                 let discontinuity = match refiner {
                     RefinerConfig::Lattice(lattice) => lattice.discontinuity,
                     _ => DiscontinuityLimits::default(),
                 };
-                Box::new(upsample::Lattice::new(upsample::LatticeConfig {
-                    discontinuity,
-                    ..Default::default()
-                }))
+                Box::new(upsample::Lattice::new(upsample::LatticeConfig { discontinuity, rest }))
             }
         }
+    }
+}
+
+/// Reads an upsampler from its name alone, for its default constants, or from a table with name and constants.
+fn name_or_table<'de, D: Deserializer<'de>>(deserializer: D) -> Result<UpsamplerConfig, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum NameOrTable {
+        Name(String),
+        Table(UpsamplerConfig),
+    }
+    match NameOrTable::deserialize(deserializer)? {
+        NameOrTable::Table(upsampler) => Ok(upsampler),
+        NameOrTable::Name(name) => UpsamplerConfig::named(&name).ok_or_else(|| {
+            D::Error::custom(format!(
+                "unknown upsampler `{name}`, expected one of {}",
+                UpsamplerConfig::NAMES.join(", ")
+            ))
+        }),
     }
 }
 

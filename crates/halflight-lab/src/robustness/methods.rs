@@ -1,7 +1,6 @@
 //! Methods: every combination of the stages.
 
 use halflight_core::frame::LightSampling;
-use halflight_core::pattern::PatternKind;
 use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 use halflight_cpu::irradiance::Shading;
 use itertools::{Itertools as _, iproduct};
@@ -38,7 +37,7 @@ impl Method {
         Self {
             refiner: RefinerConfig::Full,
             visibility: VisibilityConfig::Bvh,
-            upsampler: UpsamplerConfig::ALL[0],
+            upsampler: UpsamplerConfig::all()[0],
             shading,
         }
     }
@@ -50,11 +49,7 @@ impl Method {
 
     /// Returns the light samples: shifted rows for 4D rasterization, which cannot answer jittered ones.
     pub fn sampling(&self) -> LightSampling {
-        let usual = LightSampling::default();
-        match self.visibility {
-            VisibilityConfig::Raster4d(_) => LightSampling { kind: PatternKind::ShiftedRows, ..usual },
-            _ => usual,
-        }
+        self.visibility.fit(LightSampling::default())
     }
 
     /// Returns the pipeline at a size, with these light samples.
@@ -102,9 +97,9 @@ pub fn all() -> Vec<Method> {
     let refiners = RefinerConfig::NAMES.iter().filter_map(|name| RefinerConfig::named(name));
     let backends: Vec<_> =
         VisibilityConfig::NAMES.iter().filter_map(|name| VisibilityConfig::named(name)).collect();
-    let methods = iproduct!(refiners, &backends, UpsamplerConfig::ALL, [Shading::Sampled, Shading::Ratio])
+    let methods = iproduct!(refiners, &backends, UpsamplerConfig::all(), [Shading::Sampled, Shading::Ratio])
         .map(|(refiner, &visibility, upsampler, shading)| Method { refiner, visibility, upsampler, shading });
-    let once = |method: &Method| !method.is_every_pixel() || method.upsampler == UpsamplerConfig::ALL[0];
+    let once = |method: &Method| !method.is_every_pixel() || method.upsampler == UpsamplerConfig::all()[0];
     methods.filter(once).collect()
 }
 
@@ -112,9 +107,9 @@ pub fn all() -> Vec<Method> {
 pub fn few() -> Vec<Method> {
     let best = |method: &Method| Method {
         upsampler: match method.refiner {
-            RefinerConfig::Full => UpsamplerConfig::ALL[0],
-            RefinerConfig::Lattice(_) => UpsamplerConfig::Lattice,
-            _ => UpsamplerConfig::RbfRobust,
+            RefinerConfig::Full => UpsamplerConfig::Bilinear(Default::default()),
+            RefinerConfig::Lattice(_) => UpsamplerConfig::Lattice(Default::default()),
+            _ => UpsamplerConfig::RbfRobust(Default::default()),
         },
         visibility: VisibilityConfig::Bvh,
         shading: Shading::default(),
@@ -147,7 +142,7 @@ mod tests {
     #[test]
     fn counts_are_those_of_the_product_and_of_single_switches() {
         let (refiners, backends) = (RefinerConfig::NAMES.len() - 1, VisibilityConfig::NAMES.len());
-        let upsamplers = UpsamplerConfig::ALL.len();
+        let upsamplers = UpsamplerConfig::all().len();
         assert_eq!(all().len(), refiners * backends * upsamplers * 2 + backends * 2);
         // The best itself, and each other value of one stage.
         assert_eq!(few().len(), refiners * (1 + backends - 1 + upsamplers - 1 + 1) + 1 + backends - 1 + 1);

@@ -280,9 +280,13 @@ mod tests {
     fn mending_takes_the_fewest_switches_and_every_pixel_last() {
         let every_pixel = Method::every_pixel(Shading::Ratio);
         let refined = methods::few().into_iter().find(|method| !method.is_every_pixel()).unwrap();
-        let ill = Method { upsampler: UpsamplerConfig::RbfFixed, shading: Shading::Ratio, ..refined };
-        let well = Method { upsampler: UpsamplerConfig::Delaunay, ..ill };
-        let better = Method { upsampler: UpsamplerConfig::RbfRobust, ..ill };
+        let ill = Method {
+            upsampler: UpsamplerConfig::RbfFixed(Default::default()),
+            shading: Shading::Ratio,
+            ..refined
+        };
+        let well = Method { upsampler: UpsamplerConfig::Delaunay(Default::default()), ..ill };
+        let better = Method { upsampler: UpsamplerConfig::RbfRobust(Default::default()), ..ill };
         let passing = [(every_pixel, 1e-6), (well, 3e-5), (better, 2e-5)];
         assert_eq!(methods::set(&mends(&ill, &passing)), "upsampler = rbf-robust");
         assert_eq!(methods::set(&mends(&ill, &passing[..2])), "upsampler = delaunay");
