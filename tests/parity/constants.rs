@@ -70,7 +70,7 @@ fn constant(path: &str, name: &str) -> f64 {
 #[test]
 fn shaders_have_the_constants_of_the_rust_code() {
     for &((shader, there), (file, here)) in PAIRS {
-        let shader = format!("shaders/{shader}.wgsl");
+        let shader = format!("crates/halflight-gpu/shaders/{shader}.wgsl");
         let (found, expected) = (constant(&shader, there), constant(&format!("crates/{file}"), here));
         assert_eq!(found as f32, expected as f32, "{there} in {shader}, {here} in {file}");
     }
@@ -82,7 +82,7 @@ fn shaders_assume_the_errors_that_the_rust_code_does() {
     let body = rust.split_once("fn assumed(").unwrap().1.split_once("\n}\n").unwrap().0;
     let arms =
         body.lines().filter_map(|line| number(line.trim().split_once(" => ")?.1.trim_end_matches(',')));
-    let found = ASSUMED.map(|name| constant("shaders/refine/target_predict.wgsl", name));
+    let found = ASSUMED.map(|name| constant("crates/halflight-gpu/shaders/refine/target_predict.wgsl", name));
     assert_eq!(found.to_vec(), arms.collect::<Vec<f64>>());
 }
 

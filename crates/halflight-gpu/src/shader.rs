@@ -81,7 +81,7 @@ macro_rules! modules {
         /// Sources that are part of the program.
         #[cfg(not(feature = "hot-reload"))]
         const MODULES: &[(&str, &str)] =
-            &[$(($name, include_str!(concat!("../../../shaders/", $name, ".wgsl")))),+];
+            &[$(($name, include_str!(concat!("../shaders/", $name, ".wgsl")))),+];
     };
 }
 
@@ -195,7 +195,7 @@ pub fn shader_module(name: &str) -> Result<Cow<'static, str>, GpuError> {
         MODULES.iter().find(|(known, _)| *known == name).map(|&(_, text)| text).ok_or("no such module");
     #[cfg(feature = "hot-reload")]
     let found =
-        std::fs::read_to_string(format!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shaders/{}.wgsl"), name));
+        std::fs::read_to_string(format!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/{}.wgsl"), name));
     found
         .map(Cow::from)
         .map_err(|error| GpuError::Shader { name: name.to_owned(), reason: error.to_string() })
