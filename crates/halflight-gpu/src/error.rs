@@ -53,6 +53,16 @@ pub enum GpuError {
         /// Levels that are allowed.
         limit: usize,
     },
+    /// Moved vertices are more or fewer than the mesh has.
+    #[error(
+        "the mesh has {expected} vertices, but {found} positions were given: give one a vertex, in the mesh's order"
+    )]
+    Vertices {
+        /// Number of positions that were given.
+        found: usize,
+        /// Number of vertices of the mesh.
+        expected: usize,
+    },
     /// A shader could not be read or compiled.
     #[error("shader {name}: {reason}")]
     Shader {

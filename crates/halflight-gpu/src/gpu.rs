@@ -2,8 +2,7 @@
 
 use std::sync::mpsc;
 
-use crate::GpuError;
-use crate::error::caught;
+use crate::error::{GpuError, caught};
 use crate::recorder::SIDE;
 
 /// Features that a device must have: none beyond WebGPU.

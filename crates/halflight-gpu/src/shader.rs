@@ -5,9 +5,9 @@
 
 use std::borrow::Cow;
 
-use crate::GpuError;
 use crate::bindings::{Access, Slot};
-use crate::programs::Program;
+use crate::error::GpuError;
+use crate::program::Program;
 
 /// Texts that take the place of modules, by name.
 pub(crate) type Replaced<'a> = [(&'a str, &'a str)];
@@ -75,13 +75,19 @@ impl Shader {
     }
 }
 
-/// The files of `shaders/`, by name without ending.
+/// Lists the files of `shaders/`, by name without ending.
 macro_rules! modules {
     ($($name:literal),+ $(,)?) => {
         /// Sources that are part of the program.
         #[cfg(not(feature = "hot-reload"))]
         const MODULES: &[(&str, &str)] =
             &[$(($name, include_str!(concat!("../shaders/", $name, ".wgsl")))),+];
+
+        /// Returns the names of all modules.
+        #[cfg(test)]
+        pub(crate) fn module_names() -> impl Iterator<Item = &'static str> {
+            [$($name),+].into_iter()
+        }
     };
 }
 

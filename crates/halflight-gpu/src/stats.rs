@@ -5,10 +5,28 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use halflight_core::stats::{FrameStats, StageTimes};
 
-use crate::GpuError;
-use crate::buffers::{BUCKETS, CELLS_PER_LEVEL, ENERGY, EXPECTED, SAMPLES_PER_LEVEL, TALLY};
-use crate::error::caught;
-use crate::frame::LEVELS;
+use crate::bindings::Slot;
+use crate::error::{GpuError, caught};
+use crate::needs::{LEVELS, Needs};
+
+/// Counters before the tallies, and buckets of each: `shaders/shared/counters.wgsl`.
+const TALLY: usize = 16;
+const BUCKETS: usize = 64;
+
+/// Counters that hold the bits of floats: expected squared error, and the image's square.
+pub(crate) const EXPECTED: usize = 5;
+pub(crate) const ENERGY: usize = 6;
+
+/// Kinds of tallies: rays to refine, for irradiance alone and skipped, samples of each level, cells of each level.
+const TALLIES: usize = CELLS_PER_LEVEL + LEVELS;
+const _: () = assert!(SAMPLES_PER_LEVEL + LEVELS == CELLS_PER_LEVEL);
+const SAMPLES_PER_LEVEL: usize = 3;
+const CELLS_PER_LEVEL: usize = 11;
+
+/// Declares the counters.
+pub(crate) fn declare(needs: &mut Needs) {
+    needs.declare(Slot::Counters, 4 * (TALLY + TALLIES * BUCKETS) as u64);
+}
 
 /// A stage whose time is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,30 +1,40 @@
-//! Upsamplers: which passes they are made of.
+//! Upsamplers: their passes and the order of these.
 
 use halflight_cpu::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight_cpu::upsample::{RbfAdaptiveConfig, RbfFixedConfig, RbfRobustConfig};
 
-use crate::GpuError;
-use crate::buffers::Size;
-use crate::programs;
+use crate::bindings::Slot;
+use crate::error::GpuError;
+use crate::needs::Needs;
+use crate::pass::{Compiler, Pass};
+use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
-use crate::stage::{Compiler, Stage};
 use crate::stats::Timed;
+
+programs! {
+    COPY: "copy" = copy in "upsample/copy";
+    BILINEAR: "bilinear" = bilinear in "upsample/bilinear";
+    RBF: "rbf" = pixels in "upsample/rbf";
+    TRUST: "trust" = trust in "upsample/trust";
+    ROBUST: "rbf-robust" = pixels in "upsample/robust";
+    LATTICE: "lattice" = pixels in "upsample/lattice";
+}
 
 /// An upsampler.
 #[derive(Debug)]
 pub(crate) enum Upsample {
     /// One pass over all pixels: those that have samples of their own, or corners.
-    Pixels(Stage),
+    Pixels(Pass),
     /// Level by level.
-    Bilinear(Stage),
+    Bilinear(Pass),
     /// The papers' radial basis functions.
-    Rbf(Stage),
+    Rbf(Pass),
     /// Our own.
     Robust {
         /// Judges the surfaces of samples.
-        trust: Stage,
+        trust: Pass,
         /// Fits pixels.
-        fit: Stage,
+        fit: Pass,
     },
 }
 
@@ -34,7 +44,7 @@ impl Upsample {
     /// # Errors
     /// It does not exist here, or a shader cannot be compiled.
     pub(crate) fn new(compiler: &Compiler, config: &PipelineConfig) -> Result<Self, GpuError> {
-        let stage = |program, constants: &[(&str, f64)]| compiler.stage(program, constants);
+        let pass = |program, constants: &[(&str, f64)]| compiler.pass(program, constants);
         let rbf = |variance: f32, reach: f32, copied: u8, adaptive: f64| {
             let constants = [
                 ("VARIANCE", variance.into()),
@@ -42,7 +52,7 @@ impl Upsample {
                 ("COPIED_LEVEL", copied.into()),
                 ("ADAPTIVE", adaptive),
             ];
-            Ok(Self::Rbf(stage(programs::RBF, &constants)?))
+            Ok(Self::Rbf(pass(RBF, &constants)?))
         };
         match config.upsampler {
             UpsamplerConfig::Delaunay => Err(GpuError::Unsupported {
@@ -50,14 +60,14 @@ impl Upsample {
                 reason: "a triangulation is made one point after another; use `rbf-robust`",
             }),
             UpsamplerConfig::Lattice if matches!(config.refiner, RefinerConfig::Lattice(_)) => {
-                Ok(Self::Pixels(stage(programs::LATTICE, &[])?))
+                Ok(Self::Pixels(pass(LATTICE, &[])?))
             }
             _ if matches!(config.refiner, RefinerConfig::Lattice(_)) => Err(GpuError::Unsupported {
                 stage: "this upsampler with the refiner `lattice`",
                 reason: "its cells share samples at their corners; use `lattice`",
             }),
-            _ if config.refiner == RefinerConfig::Full => Ok(Self::Pixels(stage(programs::COPY, &[])?)),
-            UpsamplerConfig::Bilinear => Ok(Self::Bilinear(stage(programs::BILINEAR, &[])?)),
+            _ if config.refiner == RefinerConfig::Full => Ok(Self::Pixels(pass(COPY, &[])?)),
+            UpsamplerConfig::Bilinear => Ok(Self::Bilinear(pass(BILINEAR, &[])?)),
             UpsamplerConfig::RbfFixed => {
                 let RbfFixedConfig { variance, copied_level, reach } = RbfFixedConfig::default();
                 rbf(variance, reach, copied_level, 0.0)
@@ -73,10 +83,7 @@ impl Upsample {
                     ("SOFTNESS", softness_px.max(1e-3).powi(2).into()),
                     ("STIFFNESS", stiffness.max(1e-4).into()),
                 ];
-                Ok(Self::Robust {
-                    trust: stage(programs::TRUST, &[])?,
-                    fit: stage(programs::ROBUST, &constants)?,
-                })
+                Ok(Self::Robust { trust: pass(TRUST, &[])?, fit: pass(ROBUST, &constants)? })
             }
             UpsamplerConfig::Lattice => Err(GpuError::Unsupported {
                 stage: "the upsampler `lattice` with this refiner",
@@ -85,34 +92,27 @@ impl Upsample {
         }
     }
 
-    /// The size that its own buffers take besides those of the refiner.
-    pub(crate) fn size(&self, size: Size) -> Size {
+    /// Declares the buffers of an upsampler: one value a pixel, and values of the refiner's samples.
+    pub(crate) fn declare(&self, needs: &mut Needs) {
+        needs.declare(Slot::Plane, 4 * needs.pixels());
+        let samples = needs.records(Slot::Samples);
         match self {
-            Self::Pixels(_) | Self::Rbf(_) => size,
-            Self::Bilinear(_) => Size { texels: size.samples, ..size },
-            Self::Robust { .. } => Size { trusts: size.samples, ..size },
+            Self::Pixels(_) | Self::Rbf(_) => {}
+            Self::Bilinear(_) => needs.declare(Slot::Texels, 8 * samples),
+            Self::Robust { .. } => needs.declare(Slot::Trusts, 4 * samples),
         }
     }
 
-    /// Records what is done for one light, whose uniforms begin at `first`.
+    /// Records the values of pixels for one light, whose uniforms begin at `first`.
     pub(crate) fn record(&self, recorder: &mut Recorder, first: u32, coarsest: u32) {
-        let mut run =
-            |stage, level| recorder.run(stage, Timed::Upsample, first + level, Groups::Tiles(level));
+        let mut run = |pass, level| recorder.run(pass, Timed::Upsample, first + level, Groups::Tiles(level));
         match self {
-            Self::Pixels(stage) | Self::Rbf(stage) => run(stage, 0),
-            Self::Bilinear(stage) => (0..=coarsest).rev().for_each(|level| run(stage, level)),
+            Self::Pixels(pass) | Self::Rbf(pass) => run(pass, 0),
+            Self::Bilinear(pass) => (0..=coarsest).rev().for_each(|level| run(pass, level)),
             Self::Robust { trust, fit } => {
                 (1..=coarsest).for_each(|level| run(trust, level));
                 run(fit, 0);
             }
-        }
-    }
-
-    /// All stages, to bind.
-    pub(crate) fn stages(&mut self) -> Vec<&mut Stage> {
-        match self {
-            Self::Pixels(stage) | Self::Bilinear(stage) | Self::Rbf(stage) => vec![stage],
-            Self::Robust { trust, fit } => vec![trust, fit],
         }
     }
 }

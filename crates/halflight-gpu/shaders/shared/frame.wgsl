@@ -67,6 +67,11 @@ struct Frame {
     error: f32,
     // Coarsest level at which steps are interpolated along.
     step_level: u32,
+    // Number of lights, and of sides that they shine to: 2 where any of them is two-sided.
+    lights: u32,
+    sides: u32,
+    // Largest absolute coordinate of the scene.
+    largest: f32,
     // The first cell of each level in buffers that hold all levels.
     levels: array<vec4<u32>, 2>,
 }

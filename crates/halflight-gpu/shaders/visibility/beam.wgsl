@@ -5,9 +5,6 @@
 //@ reads nodes queries
 //@ writes wanted visible spilled
 
-// The largest coordinate of the scene.
-override LARGEST: f32 = 1.0;
-
 // Triangles that receivers share at most: each costs a ray about a third of what a node of the BVH does.
 const LIST: u32 = 64u;
 // Nodes that are looked at in search of them at most.
@@ -179,7 +176,7 @@ fn make_hull(low: vec3<f32>, high: vec3<f32>) {
     let light_high = max(max(a, b), max(c, d));
     let sizes = max(max(abs(low), abs(high)), max(abs(light_low), abs(light_high)));
     // 2⁻²⁰ of the largest coordinate.
-    let slack = max(max(sizes.x, sizes.y), max(sizes.z, LARGEST)) * 9.5367431640625e-7;
+    let slack = max(max(sizes.x, sizes.y), max(sizes.z, frame.largest)) * 9.5367431640625e-7;
     hull.slack = slack;
     hull.low = min(low, light_low) - slack;
     hull.high = max(high, light_high) + slack;

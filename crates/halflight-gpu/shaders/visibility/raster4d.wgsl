@@ -10,8 +10,6 @@ override FRAMEBUFFER: u32 = 128u;
 override LEVELS: u32 = 8u;
 // Cells of all levels.
 override CELLS: u32 = 21845u;
-// Sides of the light that have framebuffers: 2 where any light is two-sided.
-override SIDES: u32 = 1u;
 // Triangles of the scene.
 override TRIANGLES: u32 = 0u;
 
@@ -27,11 +25,11 @@ const TASKS: u32 = 8u;
 const TRIANGLE_ENDS: u32 = 16u;
 
 fn finest_cells() -> u32 {
-    return SIDES * FRAMEBUFFER * FRAMEBUFFER;
+    return frame.sides * FRAMEBUFFER * FRAMEBUFFER;
 }
 
 fn receiver_ends() -> u32 {
-    return TRIANGLE_ENDS + SIDES * CELLS;
+    return TRIANGLE_ENDS + frame.sides * CELLS;
 }
 
 fn lengths() -> u32 {
@@ -51,7 +49,7 @@ fn cells_of_triangles() -> u32 {
 }
 
 fn query_order() -> u32 {
-    return cells_of_triangles() + SIDES * TRIANGLES;
+    return cells_of_triangles() + frame.sides * TRIANGLES;
 }
 
 fn triangle_order() -> u32 {

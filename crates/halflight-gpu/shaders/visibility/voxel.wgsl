@@ -40,7 +40,7 @@ fn slice_at(depth: f32, range: vec2<f32>) -> f32 {
 
 // Whether any voxel of a texel is set between two slices, both included.
 fn is_set(texel: u32, low: u32, high: u32) -> bool {
-    let first = HEAD + texel * texel_words();
+    let first = first_voxel() + texel * texel_words();
     var bits = 0u;
     for (var word = low / 32u; word <= high / 32u; word++) {
         let after = NONE << (max(low, word * 32u) - word * 32u);
