@@ -66,15 +66,9 @@ fn moved_lights_and_cameras_are_those_of_a_new_renderer() {
         scene.lights = vec![light];
         let mut renderer = bench.renderer(&scene, &config).unwrap();
         let first = image(&bench, &mut renderer);
-        let moved = AreaLight { corner: light.corner + Vec3::new(0.3, 0.1, -0.2), ..light };
-        let mut last = first.clone();
-        for lights in [vec![moved], two_lights(light)] {
-            scene.lights = lights;
-            renderer.set_lights(&scene.lights).unwrap();
-            let now = check(&bench, &mut renderer, &scene, &config);
-            assert!(now != last);
-            last = now;
-        }
+        scene.lights = two_lights(light);
+        renderer.set_lights(&scene.lights).unwrap();
+        assert!(check(&bench, &mut renderer, &scene, &config) != first);
         // Fewer lights leave buffers larger than they need to be.
         renderer.set_lights(&[light]).unwrap();
         assert!(image(&bench, &mut renderer) == first);
@@ -107,13 +101,10 @@ fn lights_become_flush_and_stop_to_be() {
     }
 }
 
-/// Vertices that part, and that wander.
-fn moved(mesh: &Mesh, motion: usize) -> Vec<Vec3> {
-    let place = |p: &Vec3| match motion {
-        0 => *p * (1.0 + 0.05 * p.length()),
-        _ => *p + Vec3::new((p.y * 7.0).sin(), 0.2 * (p.z * 5.0).cos(), (p.x * 3.0).sin()) * 0.05,
-    };
-    mesh.positions.iter().map(place).collect()
+/// Grows everything around the origin, unevenly.
+fn moved(p: Vec3) -> Vec3 {
+    let wave = Vec3::new((p.y * 7.0).sin(), 0.2 * (p.z * 5.0).cos(), (p.x * 3.0).sin());
+    p * (1.0 + 0.05 * p.length()) + wave * 0.02
 }
 
 #[test]
@@ -123,16 +114,14 @@ fn moved_vertices_are_those_of_a_new_renderer() {
         let name = if config.visibility == VisibilityConfig::Bvh { "tree" } else { "toys" };
         let mut scene: Scene = Scene::clone(&bundled(name).scene);
         let mut renderer = bench.renderer(&scene, &config).unwrap();
-        let mut last = image(&bench, &mut renderer);
-        for motion in 0..2 {
-            let mut mesh = Mesh::clone(&scene.mesh);
-            mesh.positions = moved(&mesh, motion);
-            scene = with_mesh(&scene, mesh);
-            update(&bench, &mut renderer, &scene.mesh.positions).unwrap();
-            let now = check(&bench, &mut renderer, &scene, &config);
-            assert!(now != last, "{motion}");
-            last = now;
-        }
+        let first = image(&bench, &mut renderer);
+        let mut mesh = Mesh::clone(&scene.mesh);
+        mesh.positions.iter_mut().for_each(|p| *p = moved(*p));
+        let still = std::mem::replace(&mut scene, with_mesh(&scene, mesh));
+        update(&bench, &mut renderer, &scene.mesh.positions).unwrap();
+        assert!(check(&bench, &mut renderer, &scene, &config) != first);
+        update(&bench, &mut renderer, &still.mesh.positions).unwrap();
+        assert!(image(&bench, &mut renderer) == first);
     }
 }
 
@@ -151,7 +140,7 @@ fn update(bench: &Bench, renderer: &mut Renderer, positions: &[Vec3]) -> Result<
 fn changes_that_cannot_be_made_leave_the_renderer_as_it_was() {
     let Some(bench) = Bench::open() else { return };
     let scene = blocker_over_floor();
-    for config in configs() {
+    for config in configs().split_off(2) {
         let mut renderer = bench.renderer(&scene, &config).unwrap();
         let expected = image(&bench, &mut renderer);
         let light = scene.lights[0];
@@ -202,7 +191,8 @@ fn lights_without_room_are_refused() {
 #[test]
 fn moving_lights_and_cameras_creates_nothing_that_grows_with_the_mesh() {
     let Some(bench) = Bench::open() else { return };
-    for config in configs() {
+    // Those with buffers of their own for triangles and lights.
+    for config in configs().split_off(2) {
         let created = |scene: &Scene| {
             let mut renderer = bench.renderer(scene, &config).unwrap();
             image(&bench, &mut renderer);

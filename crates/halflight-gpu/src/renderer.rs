@@ -1,4 +1,4 @@
-//! The one place that states the order of the stages on the GPU.
+//! Order of the stages on the GPU.
 
 use glam::Vec3;
 use halflight_core::frame::LightSampling;
@@ -29,18 +29,18 @@ use crate::stats::{self, Clock, PendingStats};
 use crate::upsample::Upsample;
 use crate::visibility::backend;
 
-/// What changes from frame to frame.
+/// Inputs of a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Inputs<'a> {
-    /// Where the scene is seen from; the scene's own camera by default.
+    /// Camera of the frame; the scene's own by default.
     pub camera: Option<Camera>,
     /// Number of the frame: frames differ in their light samples.
     pub frame: u32,
-    /// Where the G-buffer comes from.
+    /// Source of the G-buffer.
     pub surfaces: Surfaces<'a>,
 }
 
-/// What stages hand on; all numbers have 32 bits.
+/// Buffer between stages; all numbers have 32 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Inside {
     /// Queries: pixel, key, samples asked for, place among the samples.
@@ -55,9 +55,9 @@ pub enum Inside {
     Owners,
     /// One float a pixel: irradiance per radiance, or the visible fraction.
     Plane,
-    /// How many queries `beam` or `raster4d` has left to rays last, then which.
+    /// Number of queries that `beam` or `raster4d` has left to rays last, then these.
     Spilled,
-    /// What an error target takes: kind, columns and rows of the light samples come first.
+    /// Sampling plan of an error target: kind, columns and rows of the light samples come first.
     Chosen,
     /// Voxels, behind four numbers and one more a light: texels row by row, slices in words of 64 bits.
     Voxels,
@@ -93,7 +93,7 @@ struct Stages {
 }
 
 impl Renderer {
-    /// Uploads a scene, compiles what a configuration takes and makes its buffers.
+    /// Uploads a scene, compiles the stages of a configuration and creates their buffers.
     ///
     /// # Errors
     /// The scene or the configuration cannot be rendered, on this device or at all.
@@ -106,8 +106,8 @@ impl Renderer {
         Self::with_modules(device, queue, scene, config, &[])
     }
 
-    /// The same with a visibility backend from outside, in the place of the configured one: `module` is WGSL with a function
-    /// `fn occluded(origin: vec3<f32>, end: vec3<f32>) -> bool`, which says whether the open segment between two points meets
+    /// Makes a renderer with a visibility backend from outside, in the place of the configured one: `module` is WGSL with a
+    /// function `fn occluded(origin: vec3<f32>, end: vec3<f32>) -> bool`, which says whether the open segment between two points meets
     /// anything. A line `//@ reads nodes triangles` gives it the scene's BVH and corners, `visibility/bvh` in
     /// [`shader_module`](crate::shader_module) shows how these are laid out.
     ///
@@ -124,7 +124,7 @@ impl Renderer {
         Self::with_modules(device, queue, scene, &config, &[("visibility/bvh", module)])
     }
 
-    /// The same with any other modules in the place of those of the same names: see [`shader_module`](crate::shader_module).
+    /// Makes a renderer with other modules in the place of those of the same names: see [`shader_module`](crate::shader_module).
     ///
     /// # Errors
     /// As [`Renderer::with_visibility`]; and where there is no module of a name.
@@ -284,7 +284,7 @@ impl Renderer {
         (self.buffers.needs.width, self.buffers.needs.height)
     }
 
-    /// A buffer that later stages read, as the last light of the last frame left it: for tests and debuggers.
+    /// Returns a buffer that later stages read, as the last light of the last frame left it: for tests and debuggers.
     pub fn inside(&self, what: Inside) -> &wgpu::Buffer {
         let slot = match what {
             Inside::Queries => Slot::Queries,
@@ -300,7 +300,7 @@ impl Renderer {
         &self.buffers[slot]
     }
 
-    /// Records a frame. It neither submits, maps nor waits.
+    /// Records a frame: nothing is submitted, mapped or waited for.
     ///
     /// # Errors
     /// The device is full or lost; nothing has been recorded then.
@@ -370,7 +370,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Records what it takes to read the statistics of the frame recorded last.
+    /// Records the copies that are needed to read the statistics of the frame recorded last.
     pub fn read_stats(&self, encoder: &mut wgpu::CommandEncoder) -> PendingStats {
         let expects = self.stages.refiner.expects();
         let counters = &self.buffers[Slot::Counters];

@@ -12,17 +12,17 @@ use crate::program::Program;
 /// Texts that take the place of modules, by name.
 pub(crate) type Replaced<'a> = [(&'a str, &'a str)];
 
-/// A program put together.
+/// Text and bindings of a program.
 #[derive(Debug, Default)]
 pub(crate) struct Shader {
     pub(crate) text: String,
-    /// What it binds besides the uniform, in the order of bindings.
+    /// Bindings besides the uniform, in their order.
     pub(crate) slots: Vec<(Slot, Access)>,
 }
 
 impl Shader {
-    /// The uniform, the program's modules with all that these need, and declarations of what they bind. The order does not
-    /// matter in WGSL.
+    /// Joins the uniform, the program's modules with all that these need, and declarations of what they bind. The order does
+    /// not matter in WGSL.
     ///
     /// # Errors
     /// A file cannot be read, or names a module or a slot that does not exist.
@@ -191,10 +191,10 @@ modules![
     "visibility/voxel_space",
 ];
 
-/// The text of a module: a file in `shaders/`, named without its ending. What others take its place are made of.
+/// Returns the text of a module: a file in `shaders/`, named without its ending. Modules from outside are made of it.
 ///
 /// # Errors
-/// There is none of this name; or it cannot be read, where shaders are read from disk.
+/// No module has this name; or it cannot be read, where shaders are read from disk.
 pub fn shader_module(name: &str) -> Result<Cow<'static, str>, GpuError> {
     #[cfg(not(feature = "hot-reload"))]
     let found =

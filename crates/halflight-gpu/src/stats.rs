@@ -28,7 +28,7 @@ pub(crate) fn declare(needs: &mut Needs) {
     needs.declare(Slot::Counters, 4 * (TALLY + TALLIES * BUCKETS) as u64);
 }
 
-/// A stage whose time is taken.
+/// Stage whose time is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Timed {
     Gbuffer,
@@ -54,7 +54,7 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    /// A clock, if the device has one.
+    /// Returns a clock, if the device has one.
     pub(crate) fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Option<Self> {
         device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| Self {
             queries: device.create_query_set(&wgpu::QuerySetDescriptor {
@@ -73,12 +73,12 @@ impl Clock {
         })
     }
 
-    /// Forgets the last frame.
+    /// Starts a frame: passes of the last one are removed.
     pub(crate) fn start(&mut self) {
         self.passes.clear();
     }
 
-    /// Where a pass writes its beginning and its end.
+    /// Returns the first of two places for the times of a pass.
     fn place(&mut self, stage: Timed) -> Option<u32> {
         let place = 2 * self.passes.len() as u32;
         (place < 2 * PASSES).then(|| {
@@ -87,7 +87,7 @@ impl Clock {
         })
     }
 
-    /// The same for a compute pass.
+    /// Returns the timestamps of a compute pass.
     pub(crate) fn compute(&mut self, stage: Timed) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         let place = self.place(stage)?;
         Some(wgpu::ComputePassTimestampWrites {
@@ -97,7 +97,7 @@ impl Clock {
         })
     }
 
-    /// The same for a render pass.
+    /// Returns the timestamps of a render pass.
     pub(crate) fn render(&mut self, stage: Timed) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
         let place = self.place(stage)?;
         Some(wgpu::RenderPassTimestampWrites {

@@ -27,9 +27,9 @@ pub(crate) enum Upsample {
     Pixels(Pass),
     /// Level by level.
     Bilinear(Pass),
-    /// The papers' radial basis functions.
+    /// Radial basis functions of the papers.
     Rbf(Pass),
-    /// Our own.
+    /// Planes fitted to samples that stand for one surface.
     Robust {
         /// Judges the surfaces of samples.
         trust: Pass,
@@ -42,7 +42,7 @@ impl Upsample {
     /// Compiles the passes of a configuration's upsampler.
     ///
     /// # Errors
-    /// It does not exist here, or a shader cannot be compiled.
+    /// The upsampler does not exist on the GPU, or a shader cannot be compiled.
     pub(crate) fn new(compiler: &Compiler, config: &PipelineConfig) -> Result<Self, GpuError> {
         let pass = |program, constants: &[(&str, f64)]| compiler.pass(program, constants);
         let rbf = |variance: f32, reach: f32, copied: u8, adaptive: f64| {

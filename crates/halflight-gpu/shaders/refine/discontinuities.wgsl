@@ -1,6 +1,6 @@
 // Silhouettes, steps, concave creases and, for small error targets, sharp edges between neighbouring pixels, as one light has
 // them.
-//@ needs shared/discontinuities shared/tangent_plane
+//@ needs shared/discontinuities shared/light shared/tangent_plane
 //@ writes discontinuities
 
 // Steps higher than this many pixels have nothing in common with what is behind them.
@@ -62,11 +62,6 @@ fn between(a: u32, b: u32) -> u32 {
         return STEP;
     }
     return select(STEP, SHADES, hides(a, b) || hides(b, a));
-}
-
-fn light_corners() -> array<vec3<f32>, 4> {
-    let a = frame.light_corner;
-    return array(a, a + frame.light_u, a + frame.light_u + frame.light_v, a + frame.light_v);
 }
 
 // Which side of a pixel's plane the light is on.

@@ -4,6 +4,7 @@
 // its plane. The line through the point q of the light has the slope (u − q) / h, so over all of the light a point has an
 // interval of slopes, and with v a rectangle. What hides anything from a receiver has a rectangle that covers the
 // receiver's.
+//@ needs shared/light
 
 // Cells a side of the finest framebuffer; each coarser one has half as many, down to a single one.
 override FRAMEBUFFER: u32 = 128u;
@@ -78,18 +79,15 @@ struct Rectangle {
 }
 
 fn local(point: vec3<f32>, side: u32) -> Local {
-    let along = point - frame.light_corner;
-    let across_u = cross3(frame.light_v, frame.light_normal);
-    let across_v = cross3(frame.light_normal, frame.light_u);
-    let u = across_u / dot3(across_u, frame.light_u);
-    let v = across_v / dot3(across_v, frame.light_v);
+    let along = from_light(point);
+    let dual = light_dual();
     let sign = select(1.0, -1.0, side == 1u);
     // 2⁻²¹ of the products' sizes.
     let size = abs(along) * 4.76837158203125e-7;
     return Local(
-        vec2(dot3(along, u), dot3(along, v)),
+        vec2(dot3(along, dual.u), dot3(along, dual.v)),
         dot3(along, frame.light_normal) * sign,
-        vec2(dot3(size, abs(u)), dot3(size, abs(v))),
+        vec2(dot3(size, abs(dual.u)), dot3(size, abs(dual.v))),
         dot3(size, abs(frame.light_normal)),
     );
 }
@@ -106,19 +104,18 @@ fn slope_error(p: Local) -> vec2<f32> {
 
 // No sample is farther from the light's plane.
 fn thickness() -> f32 {
-    let sizes = abs(frame.light_corner) + abs(frame.light_u) + abs(frame.light_v);
-    return max(max(sizes.x, sizes.y), sizes.z) * 9.5367431640625e-7;
+    return light_reach() * 9.5367431640625e-7;
 }
 
 // Slopes of all sizes between -1 and 1, in lengths of the light's edges.
 fn squeezed(x: vec2<f32>) -> vec2<f32> {
-    let size = x * vec2(sqrt(dot3(frame.light_u, frame.light_u)), sqrt(dot3(frame.light_v, frame.light_v)));
+    let size = x * light_lengths();
     return size / (1.0 + abs(size));
 }
 
 // Which side of the light a point lies on.
 fn side_of(point: vec3<f32>) -> u32 {
-    return select(0u, 1u, dot3(frame.light_cross, point - frame.light_corner) < 0.0);
+    return select(0u, 1u, light_side(point) < 0.0);
 }
 
 // Whether a receiver's rectangle and place bound what hides it: it is not too near the light's plane.

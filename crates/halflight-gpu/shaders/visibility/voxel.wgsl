@@ -22,7 +22,7 @@ fn is_hidden(receiver: Receiver, at: vec2<f32>, end: vec3<f32>) -> bool {
     let bias = BIAS * width_along(receiver.origin, receiver.normal, range) + rounding;
     let start = receiver.origin + receiver.normal * bias;
     // A receiver close to the light's plane must not end up behind it.
-    let height = dot3(frame.light_normal, receiver.origin - frame.light_corner);
+    let height = dot3(frame.light_normal, from_light(receiver.origin));
     let clearance = min(bitcast<f32>(grid[LIGHTS + frame.light]), abs(height) * 0.5);
     let lift = select(clearance, -clearance, height < 0.0);
     let light = space.lights[frame.light];
