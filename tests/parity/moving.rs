@@ -117,7 +117,8 @@ fn moved_vertices_are_those_of_a_new_renderer() {
         let first = image(&bench, &mut renderer);
         let mut mesh = Mesh::clone(&scene.mesh);
         mesh.positions.iter_mut().for_each(|p| *p = moved(*p));
-        let still = std::mem::replace(&mut scene, with_mesh(&scene, mesh));
+        let changed = with_mesh(&scene, mesh);
+        let still = std::mem::replace(&mut scene, changed);
         update(&bench, &mut renderer, &scene.mesh.positions).unwrap();
         assert!(check(&bench, &mut renderer, &scene, &config) != first);
         update(&bench, &mut renderer, &still.mesh.positions).unwrap();

@@ -5,7 +5,7 @@ use halflight_cpu::irradiance::Shading;
 use crate::bindings::Slot;
 use crate::error::GpuError;
 use crate::needs::{Needs, RECORD};
-use crate::pass::{Compiler, Pass};
+use crate::pass::{Compiler, Pass, shading_flag};
 use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
 use crate::stats::Timed;
@@ -26,8 +26,7 @@ impl Compose {
     /// # Errors
     /// A shader cannot be read or compiled.
     pub(crate) fn new(compiler: &Compiler, shading: Shading) -> Result<Self, GpuError> {
-        let shading = if shading == Shading::Ratio { 1.0 } else { 0.0 };
-        Ok(Self { compose: compiler.pass(COMPOSE, &[("SHADING", shading)])? })
+        Ok(Self { compose: compiler.pass(COMPOSE, &[shading_flag(shading)])? })
     }
 
     /// Declares the image.

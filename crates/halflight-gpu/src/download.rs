@@ -8,7 +8,8 @@ use halflight_cpu::pipeline::Image;
 
 use crate::error::GpuError;
 use crate::gpu::Gpu;
-use crate::renderer::{Inputs, Inside, Renderer};
+use crate::inputs::{Inputs, Inside};
+use crate::renderer::Renderer;
 use crate::stats::GpuStats;
 
 impl Gpu {

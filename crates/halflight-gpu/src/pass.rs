@@ -3,6 +3,8 @@
 use std::num::NonZeroU64;
 use std::sync::{Mutex, PoisonError};
 
+use halflight_cpu::irradiance::Shading;
+
 use crate::bindings::{Access, Slot};
 use crate::buffers::Buffers;
 use crate::error::{GpuError, caught};
@@ -16,6 +18,16 @@ pub(crate) struct Compiler<'a> {
     pub(crate) device: &'a wgpu::Device,
     /// Modules from outside, by the names of those that they replace.
     pub(crate) replaced: &'a Replaced<'a>,
+}
+
+/// Returns an override constant that is true or false.
+pub(crate) fn flag(value: bool) -> f64 {
+    if value { 1.0 } else { 0.0 }
+}
+
+/// Returns the override constant of a shading.
+pub(crate) fn shading_flag(shading: Shading) -> (&'static str, f64) {
+    ("SHADING", flag(shading == Shading::Ratio))
 }
 
 /// Bindings of a program.

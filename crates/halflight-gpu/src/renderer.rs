@@ -1,4 +1,4 @@
-//! Order of the stages on the GPU.
+//! Renderers: a scene on a device, what changes in it, and frames of it.
 
 use glam::Vec3;
 use halflight_core::frame::LightSampling;
@@ -7,61 +7,23 @@ use halflight_core::pattern::Pattern;
 use halflight_core::scene::{Camera, Mesh, Scene};
 use halflight_cpu::config::{PipelineConfig, VisibilityConfig};
 use halflight_cpu::flush::{FlushLight, separate_lights};
-use halflight_cpu::pipeline::{MAX_SIZE, PipelineError, check_scene};
+use halflight_cpu::pipeline::{PipelineError, check_scene};
 
 use crate::bindings::Slot;
 use crate::buffers::Buffers;
-use crate::compose::Compose;
 use crate::error::GpuError;
 use crate::frame::{Frame, Key};
-use crate::gbuffer::{Gbuffer, Surfaces};
 use crate::gpu::check_limits;
+use crate::inputs::{Inputs, Inside};
 use crate::light::sides;
 use crate::memory::Memory;
-use crate::needs::Needs;
 use crate::pass::Compiler;
 use crate::present::Present;
 use crate::recorder::Recorder;
-use crate::refine::{Refiner, Tracer, refiner};
 use crate::scene::SceneBuffers;
 use crate::shader::shader_module;
-use crate::stats::{self, Clock, PendingStats};
-use crate::upsample::Upsample;
-use crate::visibility::backend;
-
-/// Inputs of a frame.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Inputs<'a> {
-    /// Camera of the frame; the scene's own by default.
-    pub camera: Option<Camera>,
-    /// Number of the frame: frames differ in their light samples.
-    pub frame: u32,
-    /// Source of the G-buffer.
-    pub surfaces: Surfaces<'a>,
-}
-
-/// Buffer between stages; all numbers have 32 bits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Inside {
-    /// Queries: pixel, key, samples asked for, place among the samples.
-    Queries,
-    /// Masks of the samples that were traced, 32 to a word, each query's after the last one's.
-    Wanted,
-    /// Masks of the samples that were seen, likewise.
-    Visible,
-    /// Samples: place in pixels (two floats), value (a float, below 0 for none), pixel. One a cell, level by level.
-    Samples,
-    /// One number a pixel: the level of the cell that it lies in, `u32::MAX` for none.
-    Owners,
-    /// One float a pixel: irradiance per radiance, or the visible fraction.
-    Plane,
-    /// Number of queries that `beam` or `raster4d` has left to rays last, then these.
-    Spilled,
-    /// Sampling plan of an error target: kind, columns and rows of the light samples come first.
-    Chosen,
-    /// Voxels, behind four numbers and one more a light: texels row by row, slices in words of 64 bits.
-    Voxels,
-}
+use crate::stages::Stages;
+use crate::stats::{Clock, PendingStats};
 
 /// Renders one scene on one device, frame after frame, in buffers that are kept.
 #[derive(Debug)]
@@ -80,16 +42,6 @@ pub struct Renderer {
     buffers: Buffers,
     clock: Option<Clock>,
     present: Option<Present>,
-}
-
-/// All stages of a configuration.
-#[derive(Debug)]
-struct Stages {
-    gbuffer: Gbuffer,
-    refiner: Box<dyn Refiner>,
-    tracer: Tracer,
-    upsample: Upsample,
-    compose: Compose,
 }
 
 impl Renderer {
@@ -286,18 +238,7 @@ impl Renderer {
 
     /// Returns a buffer that later stages read, as the last light of the last frame left it: for tests and debuggers.
     pub fn inside(&self, what: Inside) -> &wgpu::Buffer {
-        let slot = match what {
-            Inside::Queries => Slot::Queries,
-            Inside::Wanted => Slot::Wanted,
-            Inside::Visible => Slot::Visible,
-            Inside::Samples => Slot::Samples,
-            Inside::Owners => Slot::Owners,
-            Inside::Plane => Slot::Plane,
-            Inside::Spilled => Slot::Spilled,
-            Inside::Chosen => Slot::Chosen,
-            Inside::Voxels => Slot::Voxels,
-        };
-        &self.buffers[slot]
+        &self.buffers[what.slot()]
     }
 
     /// Records a frame: nothing is submitted, mapped or waited for.
@@ -336,18 +277,7 @@ impl Renderer {
         let device = &memory.device;
         let mut recorder = Recorder { encoder, device, buffers, lights, clock: clock.as_mut() };
         recorder.clear(Slot::Counters);
-        stages.gbuffer.record(&mut recorder, &inputs.surfaces, scene_buffers.vertices);
-        stages.refiner.prepare(&mut recorder);
-        let uniforms = stages.refiner.uniforms();
-        stages.tracer.visibility.prepare(&mut recorder, uniforms);
-        for light in 0..lights.len() as u32 {
-            let first = light * uniforms;
-            stages.tracer.visibility.start(&mut recorder, first);
-            stages.refiner.record(&mut recorder, &stages.tracer, first);
-            stages.upsample.record(&mut recorder, first, stages.refiner.coarsest());
-            stages.compose.record(&mut recorder, first);
-        }
-        stages.refiner.finish(&mut recorder);
+        stages.record(&mut recorder, &inputs.surfaces, scene_buffers.vertices);
         Ok(())
     }
 
@@ -375,43 +305,6 @@ impl Renderer {
         let expects = self.stages.refiner.expects();
         let counters = &self.buffers[Slot::Counters];
         PendingStats::record(&self.memory.device, encoder, counters, self.clock.as_ref(), expects)
-    }
-}
-
-impl Stages {
-    fn new(compiler: &Compiler, triangles: usize, config: &PipelineConfig) -> Result<Self, GpuError> {
-        let refiner = refiner(compiler, config)?;
-        let upsample = Upsample::new(compiler, config)?;
-        let visibility = backend(compiler, triangles, config)?;
-        Ok(Self {
-            gbuffer: Gbuffer::new(compiler)?,
-            refiner,
-            tracer: Tracer::new(compiler, visibility, config.shading)?,
-            upsample,
-            compose: Compose::new(compiler, config.shading)?,
-        })
-    }
-
-    /// Returns what all stages declare for an image of a size.
-    fn needs(
-        &self,
-        width: u32,
-        height: u32,
-        pattern: Pattern,
-        lights: &[AreaLight],
-    ) -> Result<Needs, GpuError> {
-        if !(1..=MAX_SIZE).contains(&width) || !(1..=MAX_SIZE).contains(&height) {
-            return Err(PipelineError::Size { width, height }.into());
-        }
-        let mut needs = Needs::new(width, height, lights.len() as u32 * self.refiner.uniforms());
-        stats::declare(&mut needs);
-        Recorder::declare(&mut needs);
-        Gbuffer::declare(&mut needs);
-        self.refiner.declare(&mut needs, pattern);
-        self.tracer.visibility.declare(&mut needs, lights);
-        self.upsample.declare(&mut needs);
-        Compose::declare(&mut needs);
-        Ok(needs)
     }
 }
 

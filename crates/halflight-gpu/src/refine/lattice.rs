@@ -5,7 +5,7 @@ use halflight_core::pyramid::MAX_LEVEL;
 use halflight_cpu::irradiance::Shading;
 use halflight_cpu::refine::{LatticeConfig, Steps};
 
-use super::refiner::{Cells, Refiner, declare_queries, flag, level_frames, shading_flag};
+use super::refiner::{Cells, Refiner, declare_queries, level_frames};
 use super::request::Request;
 use super::target::Target;
 use super::tracer::Tracer;
@@ -13,7 +13,7 @@ use crate::bindings::Slot;
 use crate::error::GpuError;
 use crate::frame::Frame;
 use crate::needs::{Needs, RECORD, words};
-use crate::pass::{Compiler, Pass};
+use crate::pass::{Compiler, Pass, flag, shading_flag};
 use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
 use crate::stats::Timed;

@@ -5,15 +5,13 @@ use halflight_core::pyramid::MAX_LEVEL;
 use halflight_cpu::irradiance::Shading;
 use halflight_cpu::refine::NicholsConfig;
 
-use super::refiner::{
-    Cells, Refiner, all_cells, declare_query_a_cell, flag, level_frames, shading_flag, with_geometry,
-};
+use super::refiner::{Cells, Refiner, all_cells, declare_query_a_cell, level_frames, with_geometry};
 use super::tracer::Tracer;
 use crate::bindings::Slot;
 use crate::error::GpuError;
 use crate::frame::Frame;
 use crate::needs::{Needs, RECORD, words};
-use crate::pass::{Compiler, Pass};
+use crate::pass::{Compiler, Pass, flag, shading_flag};
 use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
 use crate::stats::Timed;

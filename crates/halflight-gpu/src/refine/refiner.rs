@@ -3,7 +3,6 @@
 use std::fmt::Debug;
 
 use halflight_core::pattern::Pattern;
-use halflight_cpu::irradiance::Shading;
 use halflight_cpu::refine::GeometryThresholds;
 
 use super::tracer::Tracer;
@@ -50,16 +49,6 @@ pub(crate) trait Refiner: Debug + Send + Sync {
 
     /// Records what follows the image.
     fn finish(&self, _recorder: &mut Recorder) {}
-}
-
-/// Returns an override constant that is true or false.
-pub(super) fn flag(value: bool) -> f64 {
-    if value { 1.0 } else { 0.0 }
-}
-
-/// Returns the override constant of a shading.
-pub(super) fn shading_flag(shading: Shading) -> (&'static str, f64) {
-    ("SHADING", flag(shading == Shading::Ratio))
 }
 
 /// Returns the uniforms of the levels of one light.

@@ -1,9 +1,8 @@
 //! Queries at the corners of a level's pending cells, and their masks.
 
-use super::refiner::flag;
 use super::tracer::Tracer;
 use crate::error::GpuError;
-use crate::pass::{Compiler, Pass};
+use crate::pass::{Compiler, Pass, flag};
 use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
 use crate::stats::Timed;

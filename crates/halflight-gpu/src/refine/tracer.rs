@@ -2,9 +2,8 @@
 
 use halflight_cpu::irradiance::Shading;
 
-use super::refiner::shading_flag;
 use crate::error::GpuError;
-use crate::pass::{Compiler, Pass};
+use crate::pass::{Compiler, Pass, shading_flag};
 use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
 use crate::stats::Timed;
