@@ -3,7 +3,7 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use halflight::config::{RefinerConfig, UpsamplerConfig};
+use halflight::config::{Named as _, RefinerConfig, UpsamplerConfig};
 use halflight::frame::{Frame, Sharing};
 use halflight::irradiance::{Shading, evaluate};
 use halflight::pattern::{Pattern, PatternKind};

@@ -8,7 +8,7 @@ type Pair = ((&'static str, &'static str), (&'static str, &'static str));
 
 const TARGET: &str = "halflight-cpu/src/refine/target.rs";
 const TANGENT_PLANE: &str = "halflight-cpu/src/tangent_plane.rs";
-const BUFFERS: &str = "halflight-gpu/src/buffers.rs";
+const STATS: &str = "halflight-gpu/src/stats.rs";
 
 const PAIRS: &[Pair] = &[
     (("shared/noise", "NOISE"), (TARGET, "NOISE")),
@@ -28,15 +28,15 @@ const PAIRS: &[Pair] = &[
     (("upsample/robust", "MOST"), ("halflight-cpu/src/upsample/nearby.rs", "MAX_SAMPLES")),
     (("upsample/trust", "MIXED"), ("halflight-cpu/src/upsample/nearby.rs", "MIXED")),
     (("visibility/raster4d", "MARGIN"), ("halflight-cpu/src/raster4d/project.rs", "MARGIN")),
-    (("visibility/bvh", "STACK"), ("halflight-gpu/src/scene.rs", "STACK")),
+    (("visibility/bvh", "STACK"), ("halflight-gpu/src/hierarchy.rs", "STACK")),
     (("visibility/voxel_space", "LIGHTS"), ("halflight-gpu/src/visibility/voxel.rs", "LIGHTS")),
     (("shared/arguments", "SIDE"), ("halflight-gpu/src/recorder.rs", "SIDE")),
-    (("shared/counters", "TALLY"), (BUFFERS, "TALLY")),
-    (("shared/counters", "BUCKETS"), (BUFFERS, "BUCKETS")),
-    (("shared/counters", "SAMPLES_PER_LEVEL"), (BUFFERS, "SAMPLES_PER_LEVEL")),
-    (("shared/counters", "CELLS_PER_LEVEL"), (BUFFERS, "CELLS_PER_LEVEL")),
-    (("shared/counters", "EXPECTED"), (BUFFERS, "EXPECTED")),
-    (("shared/counters", "ENERGY"), (BUFFERS, "ENERGY")),
+    (("shared/counters", "TALLY"), (STATS, "TALLY")),
+    (("shared/counters", "BUCKETS"), (STATS, "BUCKETS")),
+    (("shared/counters", "SAMPLES_PER_LEVEL"), (STATS, "SAMPLES_PER_LEVEL")),
+    (("shared/counters", "CELLS_PER_LEVEL"), (STATS, "CELLS_PER_LEVEL")),
+    (("shared/counters", "EXPECTED"), (STATS, "EXPECTED")),
+    (("shared/counters", "ENERGY"), (STATS, "ENERGY")),
 ];
 
 /// Mean errors of classes of cells, in the order of `assumed` in the CPU's validation.
@@ -70,7 +70,7 @@ fn constant(path: &str, name: &str) -> f64 {
 #[test]
 fn shaders_have_the_constants_of_the_rust_code() {
     for &((shader, there), (file, here)) in PAIRS {
-        let shader = format!("shaders/{shader}.wgsl");
+        let shader = format!("crates/halflight-gpu/shaders/{shader}.wgsl");
         let (found, expected) = (constant(&shader, there), constant(&format!("crates/{file}"), here));
         assert_eq!(found as f32, expected as f32, "{there} in {shader}, {here} in {file}");
     }
@@ -82,7 +82,7 @@ fn shaders_assume_the_errors_that_the_rust_code_does() {
     let body = rust.split_once("fn assumed(").unwrap().1.split_once("\n}\n").unwrap().0;
     let arms =
         body.lines().filter_map(|line| number(line.trim().split_once(" => ")?.1.trim_end_matches(',')));
-    let found = ASSUMED.map(|name| constant("shaders/refine/target_predict.wgsl", name));
+    let found = ASSUMED.map(|name| constant("crates/halflight-gpu/shaders/refine/target_predict.wgsl", name));
     assert_eq!(found.to_vec(), arms.collect::<Vec<f64>>());
 }
 

@@ -6,7 +6,7 @@ use halflight::refine::{LatticeConfig, NicholsConfig, SfvtGassConfig};
 
 use crate::device::Bench;
 use crate::scenes::{Twins, full};
-use crate::upsamplers::UPSAMPLERS;
+use crate::upsamplers::with_defaults;
 use crate::whole::nmse2;
 use crate::{gbuffers, masks, refiners, upsamplers};
 
@@ -191,7 +191,7 @@ fn upsamplers() {
             ["upsample/pixels", "owner.level <= COPIED_LEVEL", "owner.level <= COPIED_LEVEL + 1u"],
         ],
     ];
-    for ((upsampler, tolerance), wrong) in UPSAMPLERS.into_iter().zip(wrong) {
+    for ((upsampler, tolerance), wrong) in with_defaults().into_iter().zip(wrong) {
         let config = PipelineConfig { refiner, upsampler, ..full(110, 83, Shading::Ratio) };
         let check = |twins: &Twins| upsamplers::check(&bench, twins, &config, tolerance);
         notices(&bench, "toys", &config, check, wrong);

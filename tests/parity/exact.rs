@@ -128,7 +128,7 @@ fn wrong_shaders_are_found() {
     for altered in [
         ["visibility/raster4d", "slope(p, -MARGIN) - error", "slope(p, -MARGIN) + 0.1"],
         ["visibility/raster4d_triangles", "squeezed(rectangle.high) + 1e-6", "squeezed(rectangle.low)"],
-        ["visibility/raster4d_fill", "corner < 4u * SIDES", "corner < 3u * SIDES"],
+        ["visibility/raster4d_fill", "corner < 4u * frame.sides", "corner < 3u * frame.sides"],
     ] {
         twins.alter(&bench, &raster4d(), altered);
         assert!(compare(&bench, &twins).is_err(), "{altered:?}");

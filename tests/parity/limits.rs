@@ -9,7 +9,7 @@ use halflight_tests::blocker_over_floor;
 
 use crate::device::Bench;
 use crate::scenes::{Twins, bundled, full};
-use crate::upsamplers::UPSAMPLERS;
+use crate::upsamplers::with_defaults;
 use crate::{masks, refiners, upsamplers};
 
 /// Limits of software and small devices, with the storage buffers that WebGPU guarantees.
@@ -52,7 +52,7 @@ fn small_devices_render_the_same() {
     for refiner in [nichols, sfvt] {
         refiners::check(&bench, &twins(&config(refiner)), Shading::Ratio).unwrap();
     }
-    for (upsampler, tolerance) in UPSAMPLERS {
+    for (upsampler, tolerance) in with_defaults() {
         let config = PipelineConfig { upsampler, ..config(nichols) };
         upsamplers::check(&bench, &twins(&config), &config, tolerance).unwrap();
     }

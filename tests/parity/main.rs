@@ -13,6 +13,7 @@ mod faults;
 mod gbuffers;
 mod limits;
 mod masks;
+mod moving;
 mod outside;
 mod rays;
 mod refiners;

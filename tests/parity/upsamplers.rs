@@ -5,6 +5,9 @@ use halflight::frame::Frame;
 use halflight::irradiance::Shading;
 use halflight::pyramid::Pyramid;
 use halflight::refine::{LatticeConfig, NicholsConfig, SfvtGassConfig};
+use halflight::upsample::{
+    BilinearConfig, RbfAdaptiveConfig, RbfFixedConfig, RbfRobustConfig, SurfaceLimits,
+};
 use halflight_gpu::Inside;
 
 use crate::device::Bench;
@@ -67,12 +70,39 @@ pub(crate) fn check(
 /// Upsamplers, each with a tolerance relative to the largest light. Bilinear weights are exact in few digits.
 /// Agreements at the limits of a surface amplify rounding. Exponentials are accurate to a few units in the
 /// last place, and the papers' matrices are used down to determinants of 1e-6, which wide variances approach.
-pub(crate) const UPSAMPLERS: [(UpsamplerConfig, f32); 4] = [
-    (UpsamplerConfig::Bilinear(Default::default()), 1e-6),
-    (UpsamplerConfig::RbfFixed(Default::default()), 1e-3),
-    (UpsamplerConfig::RbfAdaptive(Default::default()), 1e-2),
-    (UpsamplerConfig::RbfRobust(Default::default()), 1e-3),
-];
+pub(crate) fn with_defaults() -> [(UpsamplerConfig, f32); 4] {
+    let of = |name| UpsamplerConfig::named(name).unwrap();
+    [(of("bilinear"), 1e-6), (of("rbf-fixed"), 1e-3), (of("rbf-adaptive"), 1e-2), (of("rbf-robust"), 1e-3)]
+}
+
+/// Upsamplers with constants that no default has.
+fn with_constants() -> [(UpsamplerConfig, f32); 4] {
+    let surface = SurfaceLimits { offset_px: 0.5, bend: 1.0, smooth_deg: 5.0, break_deg: 20.0 };
+    let robust = RbfRobustConfig { surface, radius: 1.5, softness_px: 2.0, stiffness: 0.3 };
+    [
+        (UpsamplerConfig::Bilinear(BilinearConfig { surface }), 1e-6),
+        (UpsamplerConfig::RbfFixed(RbfFixedConfig { variance: 1.5, copied_level: 1, reach: 1.5 }), 1e-3),
+        (
+            UpsamplerConfig::RbfAdaptive(RbfAdaptiveConfig { variance: 1.5, copied_level: 1, reach: 1.5 }),
+            1e-2,
+        ),
+        (UpsamplerConfig::RbfRobust(robust), 1e-3),
+    ]
+}
+
+#[test]
+fn constants_reach_the_device() {
+    let Some(bench) = Bench::open() else { return };
+    let refiner = RefinerConfig::SfvtGass(SfvtGassConfig::default());
+    for ((upsampler, tolerance), (usual, _)) in with_constants().into_iter().zip(with_defaults()) {
+        let config = PipelineConfig { refiner, upsampler, ..full(110, 83, Shading::Ratio) };
+        let twins = Twins::render(&bench, "toys", &config, true);
+        check(&bench, &twins, &config, tolerance).unwrap_or_else(|off| panic!("{upsampler:?}: {off}"));
+        // The constants matter: with the defaults the planes differ.
+        let config = PipelineConfig { upsampler: usual, ..config };
+        assert!(check(&bench, &twins, &config, tolerance).is_err(), "{upsampler:?}");
+    }
+}
 
 #[test]
 fn planes_are_equal() {
@@ -82,7 +112,7 @@ fn planes_are_equal() {
             RefinerConfig::Nichols(NicholsConfig::default()),
             RefinerConfig::SfvtGass(SfvtGassConfig::default()),
         ] {
-            for (upsampler, tolerance) in UPSAMPLERS {
+            for (upsampler, tolerance) in with_defaults() {
                 let config = PipelineConfig { refiner, upsampler, ..full(110, 83, Shading::Ratio) };
                 let twins = Twins::render(&bench, scene, &config, true);
                 check(&bench, &twins, &config, tolerance)

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
+use halflight_core::frame::LightSampling;
+use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 use serde_json::{Map, Value, json};
 
 use crate::args::Choices;

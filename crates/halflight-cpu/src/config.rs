@@ -93,6 +93,7 @@ stages! {
 
 stages! {
     /// A visibility backend and its constants.
+    #[derive(Default)]
     VisibilityConfig, "visibility",
     /// Shadow rays through the BVH, in packets.
     Bvh = "bvh",
@@ -101,6 +102,7 @@ stages! {
     /// Beams and shafts through the BVH.
     Beam = "beam",
     /// Beams where few triangles lie between receivers and light, rays elsewhere; their answers are equal.
+    #[default]
     Auto = "auto",
     /// Voxel marching (Nichols10): approximate.
     Voxel(VoxelConfig) = "voxel",
@@ -122,12 +124,6 @@ stages! {
     /// Bilinear between the corners of cells, which end at the lattice refiner's discontinuities. The constants are those of
     /// `rbf-robust`, for pixels that no corner serves. On the GPU it takes the lattice refiner.
     Lattice(RbfRobustConfig) = "lattice",
-}
-
-impl Default for VisibilityConfig {
-    fn default() -> Self {
-        Self::Auto
-    }
 }
 
 impl Default for UpsamplerConfig {

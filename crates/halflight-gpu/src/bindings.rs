@@ -1,18 +1,26 @@
-//! What shaders can bind: each buffer has one number, one name and one type in all of them.
+//! Slots: everything that a shader can bind, with one number, one name and one type in all shaders.
 
-/// A slot a line, with its name and type in shaders.
+/// Declares one slot a line: name and type in shaders, and what errors call its memory.
 macro_rules! slots {
-    ($(#[doc = $doc:literal] $slot:ident: $name:ident = $kind:literal,)+) => {
-        /// Something that a shader binds. All bindings are in group 0, where binding 0 is the uniform `frame`.
+    ($(#[doc = $doc:literal] $slot:ident: $name:ident = $kind:literal, $label:literal;)+) => {
+        /// Resource that a shader binds. All bindings are in group 0, where binding 0 is the uniform `frame`.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub(crate) enum Slot {
             $(#[doc = $doc] $slot),+
         }
 
         impl Slot {
-            const ALL: &[Self] = &[$(Self::$slot),+];
+            /// All slots, in the order of their bindings.
+            pub(crate) const ALL: &[Self] = &[$(Self::$slot),+];
 
-            /// Its name and type in shaders.
+            /// Returns the name of the memory in errors and captures.
+            pub(crate) fn label(self) -> &'static str {
+                match self {
+                    $(Self::$slot => $label),+
+                }
+            }
+
+            /// Returns the name and type in shaders.
             fn wgsl(self) -> (&'static str, &'static str) {
                 match self {
                     $(Self::$slot => (stringify!($name), $kind)),+
@@ -24,86 +32,86 @@ macro_rules! slots {
 
 slots! {
     /// Nodes of the BVH, five vectors each.
-    Nodes: nodes = "array<vec4<u32>>",
+    Nodes: nodes = "array<vec4<u32>>", "BVH";
     /// Corners of triangles, three vectors each, with the unit normal in the fourth components.
-    Triangles: triangles = "array<vec4<f32>>",
-    /// A triangle's number in the mesh, and its material.
-    Faces: faces = "array<vec2<u32>>",
+    Triangles: triangles = "array<vec4<f32>>", "triangles";
+    /// Number in the mesh and material of each triangle.
+    Faces: faces = "array<vec2<u32>>", "triangle numbers";
     /// Albedos and textures.
-    Materials: materials = "array<Material>",
+    Materials: materials = "array<Material>", "materials";
     /// Texture coordinates, three a triangle.
-    Uvs: uvs = "array<vec2<f32>>",
+    Uvs: uvs = "array<vec2<f32>>", "texture coordinates";
     /// Linear values of the 256 values of a channel, then all textures, texel by texel, red in the lowest byte.
-    Textures: textures = "array<u32>",
-    /// Triangles that pixels see, by their place among [`Slot::Triangles`].
-    Ids: ids = "texture_2d<u32>",
+    Textures: textures = "array<u32>", "textures";
+    /// Triangles that pixels see, by their place in [`Slot::Triangles`].
+    Ids: ids = "texture_2d<u32>", "visible triangles";
     /// Points and depths.
-    Position: position = "array<vec4<f32>>",
+    Position: position = "array<vec4<f32>>", "points";
     /// Normals and triangles' numbers in the mesh.
-    Normal: normal = "array<vec4<u32>>",
+    Normal: normal = "array<vec4<u32>>", "normals";
     /// Albedos.
-    Albedo: albedo = "array<vec4<f32>>",
-    /// Questions to the visibility backend.
-    Queries: queries = "array<Query>",
-    /// Masks of samples that are asked for.
-    Wanted: wanted = "array<u32>",
-    /// Masks of samples that are seen.
-    Visible: visible = "array<u32>",
-    /// The same, to take from side by side.
-    Seen: seen = "array<atomic<u32>>",
-    /// What is counted.
-    Counters: counters = "array<atomic<u32>>",
-    /// Sizes of dispatches.
-    Arguments: arguments = "array<u32>",
+    Albedo: albedo = "array<vec4<f32>>", "albedos";
+    /// Queries to the visibility backend.
+    Queries: queries = "array<Query>", "queries";
+    /// Masks of the samples that queries ask for.
+    Wanted: wanted = "array<u32>", "wanted samples";
+    /// Masks of the samples that receivers see.
+    Visible: visible = "array<u32>", "visible samples";
+    /// [`Slot::Visible`] as atomics, to clear single bits.
+    Seen: seen = "array<atomic<u32>>", "visible samples";
+    /// Counters and tallies of a frame.
+    Counters: counters = "array<atomic<u32>>", "counters";
+    /// Arguments of indirect dispatches.
+    Arguments: arguments = "array<u32>", "indirect arguments";
     /// Values, one a cell, level by level.
-    Samples: samples = "array<Sample>",
-    /// One value a pixel.
-    Plane: plane = "array<f32>",
-    /// The image.
-    Image: image = "array<vec4<f32>>",
-    /// Where geometry has discontinuities.
-    Pyramid: pyramid = "array<atomic<u32>>",
-    /// What is known of cells, level by level.
-    Cells: cells = "array<Cell>",
-    /// The level of the cell that each pixel lies in.
-    Owners: owners = "array<u32>",
+    Samples: samples = "array<Sample>", "samples";
+    /// One value a pixel: irradiance per radiance, or the visible fraction.
+    Plane: plane = "array<f32>", "values of pixels";
+    /// Irradiance of the image.
+    Image: image = "array<vec4<f32>>", "image";
+    /// Largest geometry discontinuities of cells, level by level.
+    Pyramid: pyramid = "array<atomic<u32>>", "pyramid";
+    /// State of cells, level by level.
+    Cells: cells = "array<Cell>", "cells";
+    /// Level of the cell that each pixel lies in.
+    Owners: owners = "array<u32>", "cells of pixels";
     /// Mask bits taken over from coarser cells.
-    Reused: reused = "array<vec2<u32>>",
+    Reused: reused = "array<vec2<u32>>", "samples taken over";
     /// Values between cells, level by level.
-    Texels: texels = "array<Texel>",
-    /// How far samples stand for one surface.
-    Trusts: trusts = "array<f32>",
-    /// What parts neighbouring pixels, level by level.
-    Discontinuities: discontinuities = "array<u32>",
+    Texels: texels = "array<Texel>", "values between cells";
+    /// Weights of samples by how far they stand for one surface.
+    Trusts: trusts = "array<f32>", "surfaces of samples";
+    /// Discontinuities between neighbouring pixels and cells, level by level.
+    Discontinuities: discontinuities = "array<u32>", "discontinuities";
     /// Visible fractions of pixels, and their noise.
-    Fractions: fractions = "array<vec2<u32>>",
-    /// What an error target takes.
-    Chosen: chosen = "array<Choice>",
-    /// Sums over tiles.
-    Sums: tile_sums = "array<f32>",
+    Fractions: fractions = "array<vec2<u32>>", "visible fractions";
+    /// Sampling plan that an error target has chosen.
+    Chosen: chosen = "array<Choice>", "choices";
+    /// Sums over tiles of 8 × 8 pixels.
+    Sums: tile_sums = "array<f32>", "sums over tiles";
     /// Queries that are left to rays, behind their number.
-    Spilled: spilled = "array<atomic<u32>>",
-    /// Triangles and receivers by cell, to fill.
-    Bins: bins = "array<atomic<u32>>",
-    /// The same, to look into.
-    BinsRead: bins_read = "array<u32>",
-    /// Where triangles are projected to.
-    Rectangles: rectangles = "array<vec4<f32>>",
-    /// What voxels cover.
-    Space: space = "Space",
-    /// Voxels, to set.
-    Voxels: voxels = "array<atomic<u32>>",
-    /// The same, to look into.
-    Grid: grid = "array<u32>",
+    Spilled: spilled = "array<atomic<u32>>", "queries left to rays";
+    /// Triangles and receivers by cell, to write.
+    Bins: bins = "array<atomic<u32>>", "triangles and receivers by cell";
+    /// [`Slot::Bins`], to read.
+    BinsRead: bins_read = "array<u32>", "triangles and receivers by cell";
+    /// Rectangles of projected triangles.
+    Rectangles: rectangles = "array<vec4<f32>>", "projected triangles";
+    /// Coordinates of the space that voxels cover.
+    Space: space = "Space", "space of voxels";
+    /// Voxels, to write.
+    Voxels: voxels = "array<atomic<u32>>", "voxels";
+    /// [`Slot::Voxels`], to read.
+    Grid: grid = "array<u32>", "voxels";
     /// Triangles that cover many texels of voxels, behind their number.
-    Large: large = "array<atomic<u32>>",
+    Large: large = "array<atomic<u32>>", "large triangles";
     /// The caller's points or depths.
-    GivenPoint: given_point = "texture_2d<f32>",
+    GivenPoint: given_point = "texture_2d<f32>", "the caller's points";
     /// The caller's normals.
-    GivenNormal: given_normal = "texture_2d<f32>",
+    GivenNormal: given_normal = "texture_2d<f32>", "the caller's normals";
 }
 
-/// How a shader uses what it binds.
+/// Use that a shader makes of a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Access {
     /// Reads.
@@ -113,22 +121,32 @@ pub(crate) enum Access {
 }
 
 impl Slot {
+    /// Slot whose memory this one binds: itself, but for slots that bind another's memory with another type.
+    pub(crate) fn memory(self) -> Self {
+        match self {
+            Self::Seen => Self::Visible,
+            Self::BinsRead => Self::Bins,
+            Self::Grid => Self::Voxels,
+            own => own,
+        }
+    }
+
     /// Number of the binding.
     pub(crate) fn binding(self) -> u32 {
         self as u32 + 1
     }
 
-    /// The one of a name in shaders.
+    /// Finds the slot of a name in shaders.
     pub(crate) fn named(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|slot| slot.wgsl().0 == name)
     }
 
-    /// Whether it is a texture; all others are storage buffers.
+    /// Returns true for textures; all others are storage buffers.
     pub(crate) fn is_texture(self) -> bool {
         matches!(self, Self::Ids | Self::GivenPoint | Self::GivenNormal)
     }
 
-    /// Its declaration in a shader.
+    /// Returns the declaration in a shader.
     pub(crate) fn declaration(self, access: Access) -> String {
         let (name, kind) = self.wgsl();
         let binding = self.binding();
@@ -140,7 +158,7 @@ impl Slot {
         format!("@group(0) @binding({binding}) var{space} {name}: {kind};\n")
     }
 
-    /// Its entry in the layout of a stage.
+    /// Returns the entry in the layout of a program.
     pub(crate) fn layout(self, access: Access, visibility: wgpu::ShaderStages) -> wgpu::BindGroupLayoutEntry {
         let texture = |sample_type| wgpu::BindingType::Texture {
             sample_type,

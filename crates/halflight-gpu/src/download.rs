@@ -6,7 +6,11 @@ use glam::Vec3;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_cpu::pipeline::Image;
 
-use crate::{Gpu, GpuError, GpuStats, Inputs, Inside, Renderer};
+use crate::error::GpuError;
+use crate::gpu::Gpu;
+use crate::inputs::{Inputs, Inside};
+use crate::renderer::Renderer;
+use crate::stats::GpuStats;
 
 impl Gpu {
     /// Renders a frame and waits for it and its statistics.

@@ -1,8 +1,8 @@
-//! What can go wrong before a frame is recorded.
+//! Errors of devices, renderers and frames.
 
 use halflight_cpu::pipeline::PipelineError;
 
-/// Why there is no renderer, or why it cannot record a frame.
+/// Reason that there is no renderer, or that it cannot do what it was asked.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
@@ -17,7 +17,7 @@ pub enum GpuError {
     Device {
         /// Name of the adapter.
         adapter: String,
-        /// What it said.
+        /// Message of the adapter.
         reason: String,
     },
     /// Scene, size or light samples cannot be rendered on any device.
@@ -28,37 +28,47 @@ pub enum GpuError {
     Unsupported {
         /// Name of the stage.
         stage: &'static str,
-        /// Why, and what would work.
+        /// Reason, and what would work.
         reason: &'static str,
     },
     /// A buffer or texture would be larger than the device allows.
     #[error("{what} would take {needed} {unit}, but the device allows {limit}: {advice}")]
     TooLarge {
-        /// What it holds.
+        /// Contents of the buffer.
         what: &'static str,
-        /// What it would take.
+        /// Amount that would be taken.
         needed: u64,
-        /// What is counted.
+        /// Unit of the amounts.
         unit: &'static str,
-        /// What the device allows.
+        /// Amount that the device allows.
         limit: u64,
-        /// What would fit.
+        /// Changes after which it would fit.
         advice: &'static str,
     },
     /// The BVH cannot be traversed.
     #[error("the BVH is {depth} levels deep, more than the {limit} that shaders can traverse")]
     TooDeep {
-        /// Its levels.
+        /// Levels of the BVH.
         depth: usize,
         /// Levels that are allowed.
         limit: usize,
     },
+    /// Moved vertices are more or fewer than the mesh has.
+    #[error(
+        "the mesh has {expected} vertices, but {found} positions were given: give one a vertex, in the mesh's order"
+    )]
+    Vertices {
+        /// Number of positions that were given.
+        found: usize,
+        /// Number of vertices of the mesh.
+        expected: usize,
+    },
     /// A shader could not be read or compiled.
     #[error("shader {name}: {reason}")]
     Shader {
-        /// Its file in `shaders/`, or the program that it is part of.
+        /// File in `shaders/`, or the program.
         name: String,
-        /// What happened.
+        /// Message of the compiler or the system.
         reason: String,
     },
     /// The device gave no memory, or is lost.
@@ -72,7 +82,7 @@ pub enum GpuError {
 /// Runs `make`; the first error that the device reports meanwhile is returned instead of what it made.
 ///
 /// # Errors
-/// What the device reports, by `say`; or what `make` returns.
+/// Errors that the device reports, by `say`; or that `make` returns.
 pub(crate) fn caught<T>(
     device: &wgpu::Device,
     say: impl FnOnce(String) -> GpuError,

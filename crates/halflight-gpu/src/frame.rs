@@ -1,18 +1,14 @@
-//! The uniform that all shaders read.
+//! Uniform that all shaders read.
 
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
 use halflight_core::camera::View;
 use halflight_core::frame::Sharing;
 use halflight_core::hash;
-use halflight_core::light::AreaLight;
 use halflight_core::pattern::{Pattern, PatternKind};
-use halflight_core::pyramid::MAX_LEVEL;
 use halflight_core::scene::Camera;
 use halflight_cpu::upsample::SurfaceLimits;
 
-/// Levels from pixels to the coarsest cells.
-pub(crate) const LEVELS: usize = MAX_LEVEL as usize + 1;
+use crate::needs::{level_places, words};
 
 /// Twin of `Pattern` in `shaders/shared/frame.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -28,7 +24,7 @@ pub(crate) struct GpuPattern {
 }
 
 impl GpuPattern {
-    /// A pattern as shaders see it.
+    /// Returns a pattern as shaders read it.
     pub(crate) fn new(pattern: Pattern) -> Self {
         let count = pattern.len() as u32;
         Self {
@@ -45,11 +41,6 @@ impl GpuPattern {
             scale: [1.0 / f32::from(pattern.columns), 1.0 / f32::from(pattern.rows)],
         }
     }
-}
-
-/// Words of 32 bits in a mask.
-pub(crate) fn words(pattern: Pattern) -> u32 {
-    (pattern.len() as u32).div_ceil(32)
 }
 
 /// Twin of `Frame` in `shaders/shared/frame.wgsl`.
@@ -90,19 +81,22 @@ pub(crate) struct Frame {
     pub(crate) pixel_footprint: f32,
     pub(crate) error: f32,
     pub(crate) step_level: u32,
+    pub(crate) lights: u32,
+    pub(crate) sides: u32,
+    pub(crate) largest: f32,
+    pub(crate) padding: u32,
     pub(crate) levels: [u32; 8],
 }
 
 impl Frame {
-    /// What does not depend on the light.
+    /// Returns the uniform of an image, without what depends on scene and light.
     pub(crate) fn new(
         camera: &Camera,
         (width, height): (u32, u32),
-        scene_size: f32,
         pattern: Pattern,
+        limits: SurfaceLimits,
     ) -> Self {
         let view = View::new(camera, width, height);
-        let limits = SurfaceLimits::default();
         let [cos_smooth, cos_break] =
             [limits.smooth_deg, limits.break_deg].map(|degrees| degrees.to_radians().cos());
         let half_angle = camera.fov_y_deg.to_radians() * 0.5;
@@ -113,7 +107,6 @@ impl Frame {
             down: view.down.as_vec3().to_array(),
             width,
             height,
-            scene_size,
             pattern: GpuPattern::new(pattern),
             slots: 1,
             pixel_footprint: 2.0 * half_angle.tan() / height as f32,
@@ -123,24 +116,15 @@ impl Frame {
                 cos_break,
                 1.0 / (cos_smooth - cos_break).max(1e-6),
             ],
-            levels: level_places(width, height).0,
+            levels: level_places(width, height),
             ..Self::zeroed()
         }
     }
 
-    /// The same for one light.
-    pub(crate) fn with_light(self, number: u32, light: &AreaLight, key: Key) -> Self {
+    /// Returns the uniform with the key of its light's patterns.
+    pub(crate) fn with_key(self, key: Key) -> Self {
         Self {
-            light_corner: light.corner.to_array(),
-            light_area: light.area(),
-            light_u: light.edge_u.to_array(),
-            light_v: light.edge_v.to_array(),
-            light_cross: Vec3::cross(light.edge_u, light.edge_v).to_array(),
-            light_normal: light.normal().to_array(),
-            two_sided: u32::from(light.two_sided),
-            radiance: light.radiance.to_array(),
-            light: number,
-            key: hash::fold(hash::fold(hash::mix(key.seed), key.frame), number),
+            key: hash::fold(hash::fold(hash::mix(key.seed), key.frame), self.light),
             sharing: match key.sharing {
                 Sharing::Receiver => 0,
                 Sharing::Fragment => 1,
@@ -151,26 +135,10 @@ impl Frame {
     }
 }
 
-/// What pattern keys depend on besides light and place.
+/// Values that pattern keys depend on besides light and place.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Key {
     pub(crate) seed: u32,
     pub(crate) frame: u32,
     pub(crate) sharing: Sharing,
-}
-
-/// Cells of a level.
-pub(crate) fn cells(width: u32, height: u32, level: u32) -> u32 {
-    width.div_ceil(1 << level) * height.div_ceil(1 << level)
-}
-
-/// The first cell of each level in buffers that hold all levels, and the number of cells altogether.
-pub(crate) fn level_places(width: u32, height: u32) -> ([u32; LEVELS], u32) {
-    let mut places = [0; LEVELS];
-    let mut next = 0;
-    for (level, place) in (0..).zip(&mut places) {
-        *place = next;
-        next += cells(width, height, level);
-    }
-    (places, next)
 }

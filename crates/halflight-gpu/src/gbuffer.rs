@@ -1,26 +1,101 @@
-//! The raster pass: which triangle each pixel sees.
+//! Surfaces that pixels see: rasterized and resolved, or imported from the caller's textures.
 
-use crate::GpuError;
-use crate::buffers::Buffers;
-use crate::programs::GBUFFER;
-use crate::recorder::Recorder;
-use crate::stage::{Bindings, Compiler};
+use crate::bindings::Slot;
+use crate::error::GpuError;
+use crate::needs::{Needs, RECORD};
+use crate::pass::{Bindings, Compiler, Pass};
+use crate::program::programs;
+use crate::recorder::{Groups, Recorder};
 use crate::stats::Timed;
+
+programs! {
+    GBUFFER: "gbuffer" = corner in "gbuffer";
+    RESOLVE: "resolve" = resolve in "resolve";
+    IMPORT: "import" = take in "import";
+}
+
+/// Source of the G-buffer.
+#[derive(Clone, Copy, Debug, Default)]
+pub enum Surfaces<'a> {
+    /// The scene is rasterized.
+    #[default]
+    Scene,
+    /// The caller has filled [`Renderer::position`](crate::Renderer::position) and
+    /// [`Renderer::normal`](crate::Renderer::normal) already.
+    Kept,
+    /// The caller has drawn it, in textures of the image's size that can be bound and need not be filtered. The textures must show
+    /// the scene, seen by the camera. Shadow rays start off the surface by 12 units of 2⁻²⁴ of the point's largest coordinate
+    /// and 8 of its depth: points must be rounded no worse than single precision does.
+    Points {
+        /// World-space points.
+        position: &'a wgpu::TextureView,
+        /// Geometric unit normals towards the viewer; zero where nothing is seen.
+        normal: &'a wgpu::TextureView,
+    },
+    /// The caller has drawn depths in the place of points.
+    Depths {
+        /// Distances along the view direction, metres.
+        depth: &'a wgpu::TextureView,
+        /// Geometric unit normals towards the viewer; zero where nothing is seen.
+        normal: &'a wgpu::TextureView,
+    },
+}
+
+/// Passes of the G-buffer.
+#[derive(Debug)]
+pub(crate) struct Gbuffer {
+    rasterize: Rasterizer,
+    resolve: Pass,
+    /// Imports of points, and of depths.
+    import: [Pass; 2],
+}
+
+impl Gbuffer {
+    /// Compiles the passes.
+    ///
+    /// # Errors
+    /// A shader cannot be read or compiled, or binds more than the device allows.
+    pub(crate) fn new(compiler: &Compiler) -> Result<Self, GpuError> {
+        let import = |depth: f64| compiler.pass(IMPORT, &[("DEPTH", depth)]);
+        Ok(Self {
+            rasterize: Rasterizer::new(compiler)?,
+            resolve: compiler.pass(RESOLVE, &[])?,
+            import: [import(0.0)?, import(1.0)?],
+        })
+    }
+
+    /// Declares the buffers of surfaces.
+    pub(crate) fn declare(needs: &mut Needs) {
+        for slot in [Slot::Position, Slot::Normal, Slot::Albedo] {
+            needs.declare(slot, RECORD * needs.pixels());
+        }
+    }
+
+    /// Records the G-buffer of a scene with so many corners of triangles, or of the caller's.
+    pub(crate) fn record(&self, recorder: &mut Recorder, surfaces: &Surfaces, vertices: u32) {
+        let (import, point, normal) = match *surfaces {
+            Surfaces::Kept => return,
+            Surfaces::Scene => {
+                self.rasterize.run(recorder, vertices);
+                return recorder.run(&self.resolve, Timed::Gbuffer, 0, Groups::Tiles(0));
+            }
+            Surfaces::Points { position, normal } => (&self.import[0], position, normal),
+            Surfaces::Depths { depth, normal } => (&self.import[1], depth, normal),
+        };
+        let given = [(Slot::GivenPoint, point), (Slot::GivenNormal, normal)];
+        recorder.run_given(import, Timed::Gbuffer, 0, Groups::Tiles(0), &given);
+    }
+}
 
 /// Pipeline of the raster pass.
 #[derive(Debug)]
-pub(crate) struct Rasterizer {
+struct Rasterizer {
     pipeline: wgpu::RenderPipeline,
     bindings: Bindings,
-    bound: Option<wgpu::BindGroup>,
 }
 
 impl Rasterizer {
-    /// Compiles it.
-    ///
-    /// # Errors
-    /// As [`Compiler::pipeline`].
-    pub(crate) fn new(compiler: &Compiler) -> Result<Self, GpuError> {
+    fn new(compiler: &Compiler) -> Result<Self, GpuError> {
         let stages = wgpu::ShaderStages::VERTEX;
         let (pipeline, bindings) = compiler.pipeline(&GBUFFER, stages, |module, layout| {
             compiler.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -52,17 +127,12 @@ impl Rasterizer {
                 cache: None,
             })
         })?;
-        Ok(Self { pipeline, bindings, bound: None })
-    }
-
-    /// Binds buffers that are new.
-    pub(crate) fn bind(&mut self, device: &wgpu::Device, buffers: &Buffers) {
-        self.bound = Some(self.bindings.bind(device, buffers, &[]));
+        Ok(Self { pipeline, bindings })
     }
 
     /// Draws all triangles.
-    pub(crate) fn run(&self, recorder: &mut Recorder, vertices: u32) {
-        let Recorder { encoder, buffers, clock } = recorder;
+    fn run(&self, recorder: &mut Recorder, vertices: u32) {
+        let Recorder { encoder, device, buffers, clock, .. } = recorder;
         let nothing = wgpu::Color { r: f64::from(u32::MAX), g: 0.0, b: 0.0, a: 0.0 };
         let mut render = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(GBUFFER.name),
@@ -84,7 +154,7 @@ impl Rasterizer {
             ..Default::default()
         });
         render.set_pipeline(&self.pipeline);
-        render.set_bind_group(0, self.bound.as_ref(), &[0]);
+        render.set_bind_group(0, &self.bindings.group(device, buffers), &[0]);
         render.draw(0..vertices, 0..1);
     }
 }

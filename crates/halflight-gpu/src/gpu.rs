@@ -1,9 +1,8 @@
-//! A device, for those who do not bring their own.
+//! Devices, for callers that do not bring their own.
 
 use std::sync::mpsc;
 
-use crate::GpuError;
-use crate::error::caught;
+use crate::error::{GpuError, caught};
 use crate::recorder::SIDE;
 
 /// Features that a device must have: none beyond WebGPU.
@@ -25,10 +24,10 @@ pub fn required_limits() -> wgpu::Limits {
 /// Most memory that the workgroups of a stage share, bytes.
 pub(crate) const WORKGROUP_BYTES: u64 = 12 << 10;
 
-/// Checks that a device allows what wgpu itself does not check before frames are submitted.
+/// Checks the limits of a device that wgpu itself does not check before frames are submitted.
 ///
 /// # Errors
-/// It does not.
+/// A limit is too low.
 pub(crate) fn check_limits(limits: &wgpu::Limits) -> Result<(), GpuError> {
     let refused = |what, needed: u64, unit, limit: u32| {
         let advice = "ask the device for WebGPU's defaults";
@@ -45,9 +44,9 @@ pub(crate) fn check_limits(limits: &wgpu::Limits) -> Result<(), GpuError> {
 pub struct Gpu {
     /// The adapter.
     pub adapter: wgpu::Adapter,
-    /// Its device.
+    /// Device of the adapter.
     pub device: wgpu::Device,
-    /// The device's queue.
+    /// Queue of the device.
     pub queue: wgpu::Queue,
 }
 

@@ -19,20 +19,27 @@
 
 mod bindings;
 mod buffers;
+mod compose;
 mod crowds;
 mod download;
 mod error;
 mod frame;
 mod gbuffer;
 mod gpu;
+mod hierarchy;
+mod inputs;
+mod light;
+mod memory;
+mod needs;
+mod pass;
 mod present;
-mod programs;
+mod program;
 mod recorder;
 mod refine;
 mod renderer;
 mod scene;
 mod shader;
-mod stage;
+mod stages;
 mod stats;
 #[cfg(test)]
 mod tests;
@@ -42,7 +49,9 @@ mod visibility;
 pub use wgpu;
 
 pub use error::GpuError;
+pub use gbuffer::Surfaces;
 pub use gpu::{Gpu, optional_features, required_features, required_limits};
-pub use renderer::{Inputs, Inside, Renderer, Surfaces};
+pub use inputs::{Inputs, Inside};
+pub use renderer::Renderer;
 pub use shader::shader_module;
 pub use stats::{GpuStats, PendingStats};

@@ -1,9 +1,13 @@
-//! The image in a texture of the caller's.
+//! Copy of the image to a texture of the caller's.
 
-use crate::GpuError;
 use crate::buffers::Buffers;
-use crate::programs::PRESENT;
-use crate::stage::{Bindings, Compiler};
+use crate::error::GpuError;
+use crate::pass::{Bindings, Compiler};
+use crate::program::programs;
+
+programs! {
+    PRESENT: "present" = pixel in "present";
+}
 
 /// Pipeline that writes to textures of one format.
 #[derive(Debug)]
@@ -14,7 +18,7 @@ pub(crate) struct Present {
 }
 
 impl Present {
-    /// Compiles it.
+    /// Compiles the pipeline.
     ///
     /// # Errors
     /// As [`Compiler::pipeline`].
@@ -68,8 +72,7 @@ impl Present {
             ..Default::default()
         });
         render.set_pipeline(&self.pipeline);
-        let bound = self.bindings.bind(device, buffers, &[]);
-        render.set_bind_group(0, &bound, &[0]);
+        render.set_bind_group(0, &self.bindings.group(device, buffers), &[0]);
         render.draw(0..3, 0..1);
     }
 }

@@ -1,123 +1,56 @@
-//! The one place that states the order of the stages on the GPU.
+//! Renderers: a scene on a device, what changes in it, and frames of it.
 
+use std::sync::Arc;
+
+use glam::Vec3;
 use halflight_core::frame::LightSampling;
 use halflight_core::light::AreaLight;
 use halflight_core::pattern::Pattern;
-use halflight_core::scene::{Camera, Scene};
+use halflight_core::scene::{Camera, Mesh, Scene};
 use halflight_cpu::config::{PipelineConfig, VisibilityConfig};
 use halflight_cpu::flush::{FlushLight, separate_lights};
-use halflight_cpu::irradiance::Shading;
-use halflight_cpu::pipeline::{MAX_SIZE, PipelineError, check_scene};
+use halflight_cpu::pipeline::{PipelineError, check_scene};
+use halflight_cpu::upsample::SurfaceLimits;
 
-use crate::GpuError;
 use crate::bindings::Slot;
-use crate::buffers::{Buffers, Size, filled};
+use crate::buffers::Buffers;
+use crate::error::GpuError;
 use crate::frame::{Frame, Key};
-use crate::gbuffer::Rasterizer;
 use crate::gpu::check_limits;
+use crate::inputs::{Inputs, Inside};
+use crate::light::sides;
+use crate::memory::Memory;
+use crate::pass::Compiler;
 use crate::present::Present;
-use crate::programs;
-use crate::recorder::{Groups, Recorder};
-use crate::refine::{Refine, Tracer};
+use crate::recorder::Recorder;
 use crate::scene::SceneBuffers;
 use crate::shader::shader_module;
-use crate::stage::{Compiler, Stage};
-use crate::stats::{Clock, PendingStats, Timed};
+use crate::stages::Stages;
+use crate::stats::{Clock, PendingStats};
 use crate::upsample::Upsample;
-use crate::visibility::Visibility;
-
-/// What changes from frame to frame.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Inputs<'a> {
-    /// Where the scene is seen from; the scene's own camera by default.
-    pub camera: Option<Camera>,
-    /// Number of the frame: frames differ in their light samples.
-    pub frame: u32,
-    /// Where the G-buffer comes from.
-    pub surfaces: Surfaces<'a>,
-}
-
-/// Where the G-buffer comes from.
-#[derive(Clone, Copy, Debug, Default)]
-pub enum Surfaces<'a> {
-    /// The scene is rasterized.
-    #[default]
-    Scene,
-    /// It is in [`Renderer::position`] and [`Renderer::normal`] already.
-    Kept,
-    /// The caller has drawn it, in textures of the image's size that can be bound and need not be filtered. What it sees must be
-    /// the scene, seen by the camera. Shadow rays start off the surface by 12 units of 2⁻²⁴ of the point's largest coordinate
-    /// and 8 of its depth: points must be rounded no worse than single precision does.
-    Points {
-        /// World-space points.
-        position: &'a wgpu::TextureView,
-        /// Geometric unit normals towards the viewer; zero where nothing is seen.
-        normal: &'a wgpu::TextureView,
-    },
-    /// The same with depths.
-    Depths {
-        /// Distances along the view direction, metres.
-        depth: &'a wgpu::TextureView,
-        /// As above.
-        normal: &'a wgpu::TextureView,
-    },
-}
-
-/// What stages hand on; all numbers have 32 bits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Inside {
-    /// Queries: pixel, key, samples asked for, place among the samples.
-    Queries,
-    /// Masks of the samples that were traced, 32 to a word, each query's after the last one's.
-    Wanted,
-    /// Masks of the samples that were seen, likewise.
-    Visible,
-    /// Samples: place in pixels (two floats), value (a float, below 0 for none), pixel. One a cell, level by level.
-    Samples,
-    /// One number a pixel: the level of the cell that it lies in, `u32::MAX` for none.
-    Owners,
-    /// One float a pixel: irradiance per radiance, or the visible fraction.
-    Plane,
-    /// How many queries `beam` or `raster4d` has left to rays last, then which.
-    Spilled,
-    /// What an error target takes: kind, columns and rows of the light samples come first.
-    Chosen,
-    /// Voxels, behind four numbers and one more a light: texels row by row, slices in words of 64 bits.
-    Voxels,
-}
 
 /// Renders one scene on one device, frame after frame, in buffers that are kept.
 #[derive(Debug)]
 pub struct Renderer {
-    device: wgpu::Device,
-    scene: SceneBuffers,
+    memory: Memory,
+    /// The scene as it was given.
+    scene: Scene,
+    scene_buffers: SceneBuffers,
+    /// Lights of the scene, moved off the triangles that they are flush with.
     lights: Vec<AreaLight>,
     flush: Vec<FlushLight>,
-    camera: Camera,
     sampling: LightSampling,
     pattern: Pattern,
     seed: u32,
+    surface: SurfaceLimits,
     stages: Stages,
     buffers: Buffers,
     clock: Option<Clock>,
     present: Option<Present>,
 }
 
-/// All stages of a configuration.
-#[derive(Debug)]
-struct Stages {
-    rasterize: Rasterizer,
-    resolve: Stage,
-    /// Of points, and of depths.
-    take: [Stage; 2],
-    refine: Refine,
-    tracer: Tracer,
-    upsample: Upsample,
-    compose: Stage,
-}
-
 impl Renderer {
-    /// Uploads a scene, compiles what a configuration takes and makes its buffers.
+    /// Uploads a scene, compiles the stages of a configuration and creates their buffers.
     ///
     /// # Errors
     /// The scene or the configuration cannot be rendered, on this device or at all.
@@ -130,8 +63,8 @@ impl Renderer {
         Self::with_modules(device, queue, scene, config, &[])
     }
 
-    /// The same with a visibility backend from outside, in the place of the configured one: `module` is WGSL with a function
-    /// `fn occluded(origin: vec3<f32>, end: vec3<f32>) -> bool`, which says whether the open segment between two points meets
+    /// Makes a renderer with a visibility backend from outside, in the place of the configured one: `module` is WGSL with a
+    /// function `fn occluded(origin: vec3<f32>, end: vec3<f32>) -> bool`, which says whether the open segment between two points meets
     /// anything. A line `//@ reads nodes triangles` gives it the scene's BVH and corners, `visibility/bvh` in
     /// [`shader_module`](crate::shader_module) shows how these are laid out.
     ///
@@ -148,7 +81,7 @@ impl Renderer {
         Self::with_modules(device, queue, scene, &config, &[("visibility/bvh", module)])
     }
 
-    /// The same with any other modules in the place of those of the same names: see [`shader_module`](crate::shader_module).
+    /// Makes a renderer with other modules in the place of those of the same names: see [`shader_module`](crate::shader_module).
     ///
     /// # Errors
     /// As [`Renderer::with_visibility`]; and where there is no module of a name.
@@ -166,32 +99,26 @@ impl Renderer {
         check_limits(&device.limits())?;
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
         let (lights, flush) = separate_lights(scene, None);
-        let moved;
-        let scene = if flush.is_empty() {
-            scene
-        } else {
-            moved = Scene { lights, ..scene.clone() };
-            &moved
-        };
-        let stages = Stages::new(&Compiler { device, replaced: modules }, scene, config)?;
-        let buffers = SceneBuffers::new(device, scene)?;
-        let size = stages.size(config.width, config.height, pattern, scene.lights.len())?;
-        let mut renderer = Self {
-            device: device.clone(),
-            buffers: Buffers::new(device, &buffers, size)?,
-            scene: buffers,
-            lights: scene.lights.clone(),
+        let compiler = Compiler { device, replaced: modules };
+        let stages = Stages::new(&compiler, scene.mesh.triangle_count(), config)?;
+        let memory = Memory::new(device);
+        let scene_buffers = SceneBuffers::new(&memory, &scene.mesh)?;
+        let needs = stages.needs(config.width, config.height, pattern, &lights)?;
+        Ok(Self {
+            buffers: Buffers::new(&memory, &scene_buffers.slots, needs)?,
+            memory,
+            scene: scene.clone(),
+            scene_buffers,
+            lights,
             flush,
-            camera: scene.camera,
             sampling: config.sampling,
             pattern,
             seed: config.seed,
+            surface: Upsample::surface_limits(&config.upsampler),
             stages,
             clock: Clock::new(device, queue),
             present: None,
-        };
-        renderer.bind();
-        Ok(renderer)
+        })
     }
 
     /// Changes the size of the image; nothing is done where it is the same.
@@ -199,36 +126,110 @@ impl Renderer {
     /// # Errors
     /// The image has no pixels or is too large; the renderer is then as it was.
     pub fn resize(&mut self, width: u32, height: u32) -> Result<(), GpuError> {
-        let size = self.stages.size(width, height, self.pattern, self.lights.len())?;
-        if size != self.buffers.size {
-            self.buffers = Buffers::new(&self.device, &self.scene, size)?;
-            self.bind();
+        let needs = self.stages.needs(width, height, self.pattern, &self.lights)?;
+        if needs != self.buffers.needs {
+            self.buffers = Buffers::new(&self.memory, &self.scene_buffers.slots, needs)?;
         }
         Ok(())
+    }
+
+    /// Replaces the lights of the scene, by any number of lights. Frames recorded from now on show them.
+    ///
+    /// No shader is compiled. Buffers grow only where there are more lights than ever before or, with `raster4d`, where the first
+    /// two-sided light comes. Lights that are flush with geometry are found as in [`Renderer::new`], in one pass over the
+    /// triangles on the CPU.
+    ///
+    /// # Errors
+    /// There is no light, a light cannot be rendered, or the device has no room for so many; the renderer is then as it was.
+    pub fn set_lights(&mut self, lights: &[AreaLight]) -> Result<(), GpuError> {
+        check_scene(&Scene { lights: lights.to_vec(), camera: self.scene.camera, ..Scene::default() })?;
+        let before = std::mem::replace(&mut self.scene.lights, lights.to_vec());
+        self.place_lights().inspect_err(|_| self.scene.lights = before)
+    }
+
+    /// Replaces the camera of the scene, which frames without a camera of their own ([`Inputs::camera`]) are seen from.
+    ///
+    /// # Errors
+    /// The camera cannot be rendered; the renderer is then as it was.
+    pub fn set_camera(&mut self, camera: Camera) -> Result<(), GpuError> {
+        camera.validate().map_err(PipelineError::from)?;
+        self.scene.camera = camera;
+        Ok(())
+    }
+
+    /// Moves the vertices of the scene: records the upload of the same triangles with other corners, world space, metres, one a
+    /// vertex. Frames recorded after that show them; `encoder` must be submitted, before or with these.
+    ///
+    /// The BVH keeps its tree and gets new boxes. Images are those of a new renderer, but shadow rays take longer the
+    /// farther triangles move against each other, and of surfaces at equal depths another may be seen.
+    ///
+    /// # Errors
+    /// The number of positions is another than that of the vertices; a position is not finite or too far away, which the error
+    /// names; or the device is full or lost. The renderer is then as it was.
+    pub fn update_geometry(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        positions: &[Vec3],
+    ) -> Result<(), GpuError> {
+        let (found, expected) = (positions.len(), self.scene.mesh.positions.len());
+        if found != expected {
+            return Err(GpuError::Vertices { found, expected });
+        }
+        let before = std::mem::replace(&mut self.mesh().positions, positions.to_vec());
+        self.upload_geometry(encoder).inspect_err(|_| self.mesh().positions = before)
+    }
+
+    fn mesh(&mut self) -> &mut Mesh {
+        Arc::make_mut(&mut self.scene.mesh)
+    }
+
+    /// Checks and uploads the mesh of the scene.
+    fn upload_geometry(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), GpuError> {
+        self.scene.mesh.validate().map_err(PipelineError::from)?;
+        let (lights, flush) = (self.lights.clone(), self.flush.clone());
+        self.place_lights()?;
+        let updated = self.scene_buffers.update(&self.memory, encoder, &self.scene.mesh);
+        updated.inspect_err(|_| (self.lights, self.flush) = (lights, flush))
+    }
+
+    /// Moves the lights of the scene off the triangles that they are flush with, and makes room for them.
+    fn place_lights(&mut self) -> Result<(), GpuError> {
+        let (lights, flush) = separate_lights(&self.scene, None);
+        let (width, height) = self.size();
+        let needs = self.stages.needs(width, height, self.pattern, &lights)?;
+        self.buffers.grow(&self.memory, needs)?;
+        (self.lights, self.flush) = (lights, flush);
+        Ok(())
+    }
+
+    /// Bytes of all buffers that the renderer has created so far, those to upload from included: for tests.
+    #[doc(hidden)]
+    pub fn bytes_created(&self) -> u64 {
+        self.memory.created()
     }
 
     /// Irradiance per channel, W/m², as four floats a pixel, row by row from the top left; zero where nothing is seen. The
     /// fourth is 1. It is valid until the image is resized.
     pub fn image(&self) -> &wgpu::Buffer {
-        &self.buffers.image
+        &self.buffers[Slot::Image]
     }
 
     /// Surface points, world space, moved off their surfaces to where shadow rays start (the CPU's
     /// [`receiver_origin`](halflight_core::gbuffer::receiver_origin)), with the distance along the view direction as fourth
     /// component; below 0 where nothing is seen.
     pub fn position(&self) -> &wgpu::Buffer {
-        &self.buffers.position
+        &self.buffers[Slot::Position]
     }
 
     /// Unit normals towards the viewer, as the bits of their components, and the triangle's number in the mesh; `u32::MAX`
     /// where nothing is seen. Where triangles are not known, pixels need numbers of their own.
     pub fn normal(&self) -> &wgpu::Buffer {
-        &self.buffers.normal
+        &self.buffers[Slot::Normal]
     }
 
     /// Linear RGB albedo, four floats a pixel; zero where nothing is seen.
     pub fn albedo(&self) -> &wgpu::Buffer {
-        &self.buffers.albedo
+        &self.buffers[Slot::Albedo]
     }
 
     /// The lights that are flush with geometry, which does not hide them: each is worth a warning.
@@ -238,81 +239,51 @@ impl Renderer {
 
     /// Width and height of the image in pixels.
     pub fn size(&self) -> (u32, u32) {
-        (self.buffers.size.width, self.buffers.size.height)
+        (self.buffers.needs.width, self.buffers.needs.height)
     }
 
-    /// A buffer that later stages read, as the last light of the last frame left it: for tests and debuggers.
+    /// Returns a buffer that later stages read, as the last light of the last frame left it: for tests and debuggers.
     pub fn inside(&self, what: Inside) -> &wgpu::Buffer {
-        match what {
-            Inside::Queries => &self.buffers.queries,
-            Inside::Wanted => &self.buffers.wanted,
-            Inside::Visible => &self.buffers.visible,
-            Inside::Samples => &self.buffers.samples,
-            Inside::Owners => &self.buffers.owners,
-            Inside::Plane => &self.buffers.plane,
-            Inside::Spilled => &self.buffers.spilled,
-            Inside::Chosen => &self.buffers.chosen,
-            Inside::Voxels => &self.buffers.voxels,
-        }
+        &self.buffers[what.slot()]
     }
 
-    /// Records a frame. It neither submits, maps nor waits.
+    /// Records a frame: nothing is submitted, mapped or waited for.
     ///
     /// # Errors
     /// The device is full or lost; nothing has been recorded then.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, inputs: &Inputs) -> Result<(), GpuError> {
-        let Self { stages, buffers, clock, .. } = self;
+        let Self { memory, scene, scene_buffers, lights, stages, buffers, clock, .. } = self;
         if let Some(clock) = clock {
             clock.start();
         }
-        let Size { width, height, queries, .. } = buffers.size;
-        let camera = inputs.camera.as_ref().unwrap_or(&self.camera);
-        let general = Frame::new(camera, (width, height), self.scene.size, self.pattern);
-        let general = Frame { capacity: queries, ..general };
+        let needs = &buffers.needs;
+        let camera = inputs.camera.as_ref().unwrap_or(&scene.camera);
+        let general = Frame {
+            scene_size: scene_buffers.extent.diagonal,
+            largest: scene_buffers.extent.largest,
+            lights: lights.len() as u32,
+            sides: sides(lights),
+            capacity: needs.records(Slot::Queries) as u32,
+            ..Frame::new(camera, (needs.width, needs.height), self.pattern, self.surface)
+        };
         let key = Key { seed: self.seed, frame: inputs.frame, sharing: self.sampling.sharing };
         let frames: Vec<Frame> = (0..)
-            .zip(&self.lights)
+            .zip(lights.iter())
             .flat_map(|(number, light)| {
-                stages.refine.frames(general.with_light(number, light, key), self.pattern)
+                stages.refiner.frames(general.with_light(number, light).with_key(key), self.pattern)
             })
             .collect();
-        let space = stages.tracer.visibility.space(camera, buffers.size);
-        let written = [
+        let space = stages.tracer.visibility.space(camera, needs, lights);
+        let written: [(_, &[u8], _); 2] = [
             ("uniforms", &frame_bytes(buffers, &frames), &buffers.frames),
-            ("voxels", &space, &buffers.space),
+            (Slot::Space.label(), &space, &buffers[Slot::Space]),
         ];
-        write(&self.device, encoder, &written)?;
-        encoder.clear_buffer(&buffers.counters, 0, None);
+        memory.write(encoder, &written)?;
 
-        let mut recorder = Recorder { encoder, buffers, clock: clock.as_mut() };
-        match inputs.surfaces {
-            Surfaces::Kept => {}
-            Surfaces::Scene => {
-                stages.rasterize.run(&mut recorder, self.scene.vertices);
-                recorder.run(&stages.resolve, Timed::Gbuffer, 0, Groups::Tiles(0));
-            }
-            Surfaces::Points { position: point, normal } | Surfaces::Depths { depth: point, normal } => {
-                let depth = matches!(inputs.surfaces, Surfaces::Depths { .. });
-                let take = &mut stages.take[usize::from(depth)];
-                take.bind_given(
-                    &self.device,
-                    buffers,
-                    &[(Slot::GivenPoint, point), (Slot::GivenNormal, normal)],
-                );
-                recorder.run(take, Timed::Gbuffer, 0, Groups::Tiles(0));
-            }
-        }
-        stages.refine.prepare(&mut recorder);
-        let coarsest = stages.refine.coarsest();
-        stages.tracer.visibility.prepare(&mut recorder, stages.refine.uniforms());
-        for light in 0..self.lights.len() as u32 {
-            let first = light * stages.refine.uniforms();
-            stages.tracer.visibility.start(&mut recorder, first);
-            stages.refine.record(&mut recorder, &stages.tracer, first);
-            stages.upsample.record(&mut recorder, first, coarsest);
-            recorder.run(&stages.compose, Timed::Compose, first, Groups::Tiles(0));
-        }
-        stages.refine.finish(&mut recorder);
+        let device = &memory.device;
+        let mut recorder = Recorder { encoder, device, buffers, lights, clock: clock.as_mut() };
+        recorder.clear(Slot::Counters);
+        stages.record(&mut recorder, &inputs.surfaces, scene_buffers.vertices);
         Ok(())
     }
 
@@ -328,61 +299,22 @@ impl Renderer {
     ) -> Result<(), GpuError> {
         let present = match self.present.take().filter(|present| present.format == format) {
             Some(present) => present,
-            None => Present::new(&Compiler { device: &self.device, replaced: &[] }, format)?,
+            None => Present::new(&Compiler { device: &self.memory.device, replaced: &[] }, format)?,
         };
-        present.record(&self.device, encoder, &self.buffers, target);
+        present.record(&self.memory.device, encoder, &self.buffers, target);
         self.present = Some(present);
         Ok(())
     }
 
-    /// Records what it takes to read the statistics of the frame recorded last.
+    /// Records the copies that are needed to read the statistics of the frame recorded last.
     pub fn read_stats(&self, encoder: &mut wgpu::CommandEncoder) -> PendingStats {
-        let expects = self.stages.refine.expects();
-        PendingStats::record(&self.device, encoder, &self.buffers.counters, self.clock.as_ref(), expects)
-    }
-
-    fn bind(&mut self) {
-        let Stages { rasterize, resolve, take: _, refine, tracer, upsample, compose } = &mut self.stages;
-        rasterize.bind(&self.device, &self.buffers);
-        let Tracer { dispatch, visibility, irradiance } = tracer;
-        let others = [resolve, dispatch, irradiance, compose].into_iter().chain(visibility.stages());
-        for stage in others.chain(refine.stages()).chain(upsample.stages()) {
-            stage.bind(&self.device, &self.buffers);
-        }
+        let expects = self.stages.refiner.expects();
+        let counters = &self.buffers[Slot::Counters];
+        PendingStats::record(&self.memory.device, encoder, counters, self.clock.as_ref(), expects)
     }
 }
 
-impl Stages {
-    fn new(compiler: &Compiler, scene: &Scene, config: &PipelineConfig) -> Result<Self, GpuError> {
-        let shading = [("SHADING", if config.shading == Shading::Ratio { 1.0 } else { 0.0 })];
-        let stage = |program, constants: &[(&str, f64)]| compiler.stage(program, constants);
-        let take = |depth: f64| stage(programs::IMPORT, &[("DEPTH", depth)]);
-        Ok(Self {
-            refine: Refine::new(compiler, config)?,
-            upsample: Upsample::new(compiler, config)?,
-            rasterize: Rasterizer::new(compiler)?,
-            resolve: stage(programs::RESOLVE, &[])?,
-            take: [take(0.0)?, take(1.0)?],
-            tracer: Tracer {
-                dispatch: stage(programs::DISPATCH, &[])?,
-                visibility: Visibility::new(compiler, scene, config)?,
-                irradiance: stage(programs::IRRADIANCE, &shading)?,
-            },
-            compose: stage(programs::COMPOSE, &shading)?,
-        })
-    }
-
-    /// What an image of this size takes.
-    fn size(&self, width: u32, height: u32, pattern: Pattern, lights: usize) -> Result<Size, GpuError> {
-        if !(1..=MAX_SIZE).contains(&width) || !(1..=MAX_SIZE).contains(&height) {
-            return Err(PipelineError::Size { width, height }.into());
-        }
-        let size = self.tracer.visibility.size(self.upsample.size(self.refine.size(width, height, pattern)));
-        Ok(Size { frames: lights as u32 * self.refine.uniforms(), ..size })
-    }
-}
-
-/// What the uniforms hold.
+/// Returns the contents of the uniforms.
 fn frame_bytes(buffers: &Buffers, frames: &[Frame]) -> Vec<u8> {
     let stride = buffers.frame_stride as usize;
     let mut bytes = vec![0; stride * frames.len()];
@@ -390,23 +322,4 @@ fn frame_bytes(buffers: &Buffers, frames: &[Frame]) -> Vec<u8> {
         slot[..size_of::<Frame>()].copy_from_slice(bytemuck::bytes_of(frame));
     }
     bytes
-}
-
-/// Copies to buffers by the encoder, so that several frames can be recorded before one submission.
-///
-/// # Errors
-/// The device is full or lost; nothing has been recorded then.
-fn write(
-    device: &wgpu::Device,
-    encoder: &mut wgpu::CommandEncoder,
-    contents: &[(&'static str, &Vec<u8>, &wgpu::Buffer)],
-) -> Result<(), GpuError> {
-    let some = contents.iter().filter(|(_, bytes, _)| !bytes.is_empty());
-    let staged = |&(what, bytes, to): &(&'static str, &Vec<u8>, _)| {
-        filled(device, what, bytes, wgpu::BufferUsages::COPY_SRC).map(|staging| (staging, to))
-    };
-    for (staging, to) in some.map(staged).collect::<Result<Vec<_>, _>>()? {
-        encoder.copy_buffer_to_buffer(&staging, 0, to, 0, staging.size());
-    }
-    Ok(())
 }

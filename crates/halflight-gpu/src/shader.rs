@@ -5,24 +5,24 @@
 
 use std::borrow::Cow;
 
-use crate::GpuError;
 use crate::bindings::{Access, Slot};
-use crate::programs::Program;
+use crate::error::GpuError;
+use crate::program::Program;
 
 /// Texts that take the place of modules, by name.
 pub(crate) type Replaced<'a> = [(&'a str, &'a str)];
 
-/// A program put together.
+/// Text and bindings of a program.
 #[derive(Debug, Default)]
 pub(crate) struct Shader {
     pub(crate) text: String,
-    /// What it binds besides the uniform, in the order of bindings.
+    /// Bindings besides the uniform, in their order.
     pub(crate) slots: Vec<(Slot, Access)>,
 }
 
 impl Shader {
-    /// The uniform, the program's modules with all that these need, and declarations of what they bind. The order does not
-    /// matter in WGSL.
+    /// Joins the uniform, the program's modules with all that these need, and declarations of what they bind. The order does
+    /// not matter in WGSL.
     ///
     /// # Errors
     /// A file cannot be read, or names a module or a slot that does not exist.
@@ -75,13 +75,19 @@ impl Shader {
     }
 }
 
-/// The files of `shaders/`, by name without ending.
+/// Lists the files of `shaders/`, by name without ending.
 macro_rules! modules {
     ($($name:literal),+ $(,)?) => {
         /// Sources that are part of the program.
         #[cfg(not(feature = "hot-reload"))]
         const MODULES: &[(&str, &str)] =
-            &[$(($name, include_str!(concat!("../../../shaders/", $name, ".wgsl")))),+];
+            &[$(($name, include_str!(concat!("../shaders/", $name, ".wgsl")))),+];
+
+        /// Returns the names of all modules.
+        #[cfg(test)]
+        pub(crate) fn module_names() -> impl Iterator<Item = &'static str> {
+            [$($name),+].into_iter()
+        }
     };
 }
 
@@ -185,17 +191,17 @@ modules![
     "visibility/voxel_space",
 ];
 
-/// The text of a module: a file in `shaders/`, named without its ending. What others take its place are made of.
+/// Returns the text of a module: a file in `shaders/`, named without its ending. Modules from outside are made of it.
 ///
 /// # Errors
-/// There is none of this name; or it cannot be read, where shaders are read from disk.
+/// No module has this name; or it cannot be read, where shaders are read from disk.
 pub fn shader_module(name: &str) -> Result<Cow<'static, str>, GpuError> {
     #[cfg(not(feature = "hot-reload"))]
     let found =
         MODULES.iter().find(|(known, _)| *known == name).map(|&(_, text)| text).ok_or("no such module");
     #[cfg(feature = "hot-reload")]
     let found =
-        std::fs::read_to_string(format!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shaders/{}.wgsl"), name));
+        std::fs::read_to_string(format!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/{}.wgsl"), name));
     found
         .map(Cow::from)
         .map_err(|error| GpuError::Shader { name: name.to_owned(), reason: error.to_string() })

@@ -5,12 +5,30 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use halflight_core::stats::{FrameStats, StageTimes};
 
-use crate::GpuError;
-use crate::buffers::{BUCKETS, CELLS_PER_LEVEL, ENERGY, EXPECTED, SAMPLES_PER_LEVEL, TALLY};
-use crate::error::caught;
-use crate::frame::LEVELS;
+use crate::bindings::Slot;
+use crate::error::{GpuError, caught};
+use crate::needs::{LEVELS, Needs};
 
-/// A stage whose time is taken.
+/// Counters before the tallies, and buckets of each: `shaders/shared/counters.wgsl`.
+const TALLY: usize = 16;
+const BUCKETS: usize = 64;
+
+/// Counters that hold the bits of floats: expected squared error, and the image's square.
+pub(crate) const EXPECTED: usize = 5;
+pub(crate) const ENERGY: usize = 6;
+
+/// Kinds of tallies: rays to refine, for irradiance alone and skipped, samples of each level, cells of each level.
+const TALLIES: usize = CELLS_PER_LEVEL + LEVELS;
+const _: () = assert!(SAMPLES_PER_LEVEL + LEVELS == CELLS_PER_LEVEL);
+const SAMPLES_PER_LEVEL: usize = 3;
+const CELLS_PER_LEVEL: usize = 11;
+
+/// Declares the counters.
+pub(crate) fn declare(needs: &mut Needs) {
+    needs.declare(Slot::Counters, 4 * (TALLY + TALLIES * BUCKETS) as u64);
+}
+
+/// Stage whose time is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Timed {
     Gbuffer,
@@ -36,7 +54,7 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    /// A clock, if the device has one.
+    /// Returns a clock, if the device has one.
     pub(crate) fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Option<Self> {
         device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| Self {
             queries: device.create_query_set(&wgpu::QuerySetDescriptor {
@@ -55,12 +73,12 @@ impl Clock {
         })
     }
 
-    /// Forgets the last frame.
+    /// Starts a frame: passes of the last one are removed.
     pub(crate) fn start(&mut self) {
         self.passes.clear();
     }
 
-    /// Where a pass writes its beginning and its end.
+    /// Returns the first of two places for the times of a pass.
     fn place(&mut self, stage: Timed) -> Option<u32> {
         let place = 2 * self.passes.len() as u32;
         (place < 2 * PASSES).then(|| {
@@ -69,7 +87,7 @@ impl Clock {
         })
     }
 
-    /// The same for a compute pass.
+    /// Returns the timestamps of a compute pass.
     pub(crate) fn compute(&mut self, stage: Timed) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         let place = self.place(stage)?;
         Some(wgpu::ComputePassTimestampWrites {
@@ -79,7 +97,7 @@ impl Clock {
         })
     }
 
-    /// The same for a render pass.
+    /// Returns the timestamps of a render pass.
     pub(crate) fn render(&mut self, stage: Timed) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
         let place = self.place(stage)?;
         Some(wgpu::RenderPassTimestampWrites {

@@ -1,30 +1,40 @@
-//! Upsamplers: which passes they are made of.
+//! Upsamplers: their passes and the order of these.
 
-use halflight_cpu::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
-use halflight_cpu::upsample::{RbfAdaptiveConfig, RbfFixedConfig, RbfRobustConfig};
+use halflight_cpu::config::{Named as _, PipelineConfig, RefinerConfig, UpsamplerConfig};
+use halflight_cpu::upsample::{RbfAdaptiveConfig, RbfFixedConfig, RbfRobustConfig, SurfaceLimits};
 
-use crate::GpuError;
-use crate::buffers::Size;
-use crate::programs;
+use crate::bindings::Slot;
+use crate::error::GpuError;
+use crate::needs::Needs;
+use crate::pass::{Compiler, Pass};
+use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
-use crate::stage::{Compiler, Stage};
 use crate::stats::Timed;
+
+programs! {
+    COPY: "copy" = copy in "upsample/copy";
+    BILINEAR: "bilinear" = bilinear in "upsample/bilinear";
+    RBF: "rbf" = pixels in "upsample/rbf";
+    TRUST: "trust" = trust in "upsample/trust";
+    ROBUST: "rbf-robust" = pixels in "upsample/robust";
+    LATTICE: "lattice" = pixels in "upsample/lattice";
+}
 
 /// An upsampler.
 #[derive(Debug)]
 pub(crate) enum Upsample {
     /// One pass over all pixels: those that have samples of their own, or corners.
-    Pixels(Stage),
+    Pixels(Pass),
     /// Level by level.
-    Bilinear(Stage),
-    /// The papers' radial basis functions.
-    Rbf(Stage),
-    /// Our own.
+    Bilinear(Pass),
+    /// Radial basis functions of the papers.
+    Rbf(Pass),
+    /// Planes fitted to samples that stand for one surface.
     Robust {
         /// Judges the surfaces of samples.
-        trust: Stage,
+        trust: Pass,
         /// Fits pixels.
-        fit: Stage,
+        fit: Pass,
     },
 }
 
@@ -32,9 +42,9 @@ impl Upsample {
     /// Compiles the passes of a configuration's upsampler.
     ///
     /// # Errors
-    /// It does not exist here, or a shader cannot be compiled.
+    /// The upsampler does not exist on the GPU, or a shader cannot be compiled.
     pub(crate) fn new(compiler: &Compiler, config: &PipelineConfig) -> Result<Self, GpuError> {
-        let stage = |program, constants: &[(&str, f64)]| compiler.stage(program, constants);
+        let pass = |program, constants: &[(&str, f64)]| compiler.pass(program, constants);
         let rbf = |variance: f32, reach: f32, copied: u8, adaptive: f64| {
             let constants = [
                 ("VARIANCE", variance.into()),
@@ -42,77 +52,77 @@ impl Upsample {
                 ("COPIED_LEVEL", copied.into()),
                 ("ADAPTIVE", adaptive),
             ];
-            Ok(Self::Rbf(stage(programs::RBF, &constants)?))
+            Ok(Self::Rbf(pass(RBF, &constants)?))
         };
         match config.upsampler {
-            UpsamplerConfig::Delaunay => Err(GpuError::Unsupported {
+            UpsamplerConfig::Delaunay(_) => Err(GpuError::Unsupported {
                 stage: "delaunay",
                 reason: "a triangulation is made one point after another; use `rbf-robust`",
             }),
-            UpsamplerConfig::Lattice if matches!(config.refiner, RefinerConfig::Lattice(_)) => {
-                Ok(Self::Pixels(stage(programs::LATTICE, &[])?))
+            UpsamplerConfig::Lattice(_) if matches!(config.refiner, RefinerConfig::Lattice(_)) => {
+                Ok(Self::Pixels(pass(LATTICE, &[])?))
             }
             _ if matches!(config.refiner, RefinerConfig::Lattice(_)) => Err(GpuError::Unsupported {
                 stage: "this upsampler with the refiner `lattice`",
                 reason: "its cells share samples at their corners; use `lattice`",
             }),
-            _ if config.refiner == RefinerConfig::Full => Ok(Self::Pixels(stage(programs::COPY, &[])?)),
-            UpsamplerConfig::Bilinear => Ok(Self::Bilinear(stage(programs::BILINEAR, &[])?)),
-            UpsamplerConfig::RbfFixed => {
-                let RbfFixedConfig { variance, copied_level, reach } = RbfFixedConfig::default();
+            _ if config.refiner == RefinerConfig::Full => Ok(Self::Pixels(pass(COPY, &[])?)),
+            UpsamplerConfig::Bilinear(_) => Ok(Self::Bilinear(pass(BILINEAR, &[])?)),
+            UpsamplerConfig::RbfFixed(RbfFixedConfig { variance, copied_level, reach }) => {
                 rbf(variance, reach, copied_level, 0.0)
             }
-            UpsamplerConfig::RbfAdaptive => {
-                let RbfAdaptiveConfig { variance, copied_level, reach } = RbfAdaptiveConfig::default();
+            UpsamplerConfig::RbfAdaptive(RbfAdaptiveConfig { variance, copied_level, reach }) => {
                 rbf(variance, reach, copied_level, 1.0)
             }
-            UpsamplerConfig::RbfRobust => {
-                let RbfRobustConfig { radius, softness_px, stiffness, .. } = RbfRobustConfig::default();
+            UpsamplerConfig::RbfRobust(RbfRobustConfig { radius, softness_px, stiffness, .. }) => {
                 let constants = [
                     ("RADIUS", radius.max(1.0).into()),
                     ("SOFTNESS", softness_px.max(1e-3).powi(2).into()),
                     ("STIFFNESS", stiffness.max(1e-4).into()),
                 ];
-                Ok(Self::Robust {
-                    trust: stage(programs::TRUST, &[])?,
-                    fit: stage(programs::ROBUST, &constants)?,
-                })
+                Ok(Self::Robust { trust: pass(TRUST, &[])?, fit: pass(ROBUST, &constants)? })
             }
-            UpsamplerConfig::Lattice => Err(GpuError::Unsupported {
+            UpsamplerConfig::Lattice(_) => Err(GpuError::Unsupported {
                 stage: "the upsampler `lattice` with this refiner",
                 reason: "its cells have no samples at their corners; use `rbf-robust`",
+            }),
+            _ => Err(GpuError::Unsupported {
+                stage: config.upsampler.name(),
+                reason: "this upsampler exists on the CPU only; use `rbf-robust`",
             }),
         }
     }
 
-    /// The size that its own buffers take besides those of the refiner.
-    pub(crate) fn size(&self, size: Size) -> Size {
-        match self {
-            Self::Pixels(_) | Self::Rbf(_) => size,
-            Self::Bilinear(_) => Size { texels: size.samples, ..size },
-            Self::Robust { .. } => Size { trusts: size.samples, ..size },
+    /// Returns the limits of surfaces within which an upsampler mixes values.
+    pub(crate) fn surface_limits(config: &UpsamplerConfig) -> SurfaceLimits {
+        match config {
+            UpsamplerConfig::Bilinear(config) => config.surface,
+            UpsamplerConfig::RbfRobust(config) | UpsamplerConfig::Lattice(config) => config.surface,
+            _ => SurfaceLimits::default(),
         }
     }
 
-    /// Records what is done for one light, whose uniforms begin at `first`.
-    pub(crate) fn record(&self, recorder: &mut Recorder, first: u32, coarsest: u32) {
-        let mut run =
-            |stage, level| recorder.run(stage, Timed::Upsample, first + level, Groups::Tiles(level));
+    /// Declares the buffers of an upsampler: one value a pixel, and values of the refiner's samples.
+    pub(crate) fn declare(&self, needs: &mut Needs) {
+        needs.declare(Slot::Plane, 4 * needs.pixels());
+        let samples = needs.records(Slot::Samples);
         match self {
-            Self::Pixels(stage) | Self::Rbf(stage) => run(stage, 0),
-            Self::Bilinear(stage) => (0..=coarsest).rev().for_each(|level| run(stage, level)),
+            Self::Pixels(_) | Self::Rbf(_) => {}
+            Self::Bilinear(_) => needs.declare(Slot::Texels, 8 * samples),
+            Self::Robust { .. } => needs.declare(Slot::Trusts, 4 * samples),
+        }
+    }
+
+    /// Records the values of pixels for one light, whose uniforms begin at `first`.
+    pub(crate) fn record(&self, recorder: &mut Recorder, first: u32, coarsest: u32) {
+        let mut run = |pass, level| recorder.run(pass, Timed::Upsample, first + level, Groups::Tiles(level));
+        match self {
+            Self::Pixels(pass) | Self::Rbf(pass) => run(pass, 0),
+            Self::Bilinear(pass) => (0..=coarsest).rev().for_each(|level| run(pass, level)),
             Self::Robust { trust, fit } => {
                 (1..=coarsest).for_each(|level| run(trust, level));
                 run(fit, 0);
             }
-        }
-    }
-
-    /// All stages, to bind.
-    pub(crate) fn stages(&mut self) -> Vec<&mut Stage> {
-        match self {
-            Self::Pixels(stage) | Self::Bilinear(stage) | Self::Rbf(stage) => vec![stage],
-            Self::Robust { trust, fit } => vec![trust, fit],
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Error targets: light samples and threshold are chosen on the device, by a trial at the coarsest corners.
+//! Error targets: light samples and threshold are chosen on the device, by pilot samples at the coarsest corners.
 
 use std::mem::offset_of;
 
@@ -6,14 +6,26 @@ use bytemuck::{Pod, Zeroable};
 use halflight_core::pattern::Pattern;
 use halflight_cpu::refine::Budget;
 
-use super::Tracer;
-use crate::GpuError;
-use crate::buffers::{ENERGY, EXPECTED};
+use super::request::Request;
+use super::tracer::Tracer;
+use crate::bindings::Slot;
+use crate::error::GpuError;
 use crate::frame::{Frame, GpuPattern};
-use crate::programs;
+use crate::needs::Needs;
+use crate::pass::{Compiler, Pass};
+use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
-use crate::stage::{Compiler, Stage};
-use crate::stats::Timed;
+use crate::stats::{ENERGY, EXPECTED, Timed};
+
+programs! {
+    SHOW: "error target: show" = show in "refine/target_show";
+    CHOOSE: "error target: choose" = choose in "refine/target_choose";
+    COUNT: "error target: count" = count in "refine/target_count";
+    DECIDE: "error target: decide" = decide in "refine/target_decide";
+    PREDICT: "error target: predict" = expect in "refine/target_predict";
+    MEASURE: "error target: measure" = measure in "refine/target_energy";
+    SUM: "error target: sum" = sum in "refine/target_sum";
+}
 
 /// Twin of `Choice` in `shaders/shared/choice.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -25,18 +37,18 @@ pub(crate) struct Choice {
     pub(crate) every: GpuPattern,
 }
 
-/// Passes that choose, and that say what is to be expected.
+/// Passes that choose a sampling plan, and that predict the error.
 #[derive(Debug)]
 pub(super) struct Target {
-    ask: Stage,
-    show: Stage,
-    choose: Stage,
-    count: Stage,
-    decide: Stage,
-    expect: Stage,
-    sum_expected: Stage,
-    measure: Stage,
-    sum_energy: Stage,
+    request: Request,
+    show: Pass,
+    choose: Pass,
+    count: Pass,
+    decide: Pass,
+    predict: Pass,
+    sum_predicted: Pass,
+    measure: Pass,
+    sum_energy: Pass,
 }
 
 impl Target {
@@ -49,46 +61,49 @@ impl Target {
         let constants =
             [("WHOLE_TARGET", target.into()), ("NOISE_TARGET", noise), ("INTERPOLATION", interpolation)];
         let [_, one, two] = Budget::DENSE.map(|share| f64::from(share.unwrap_or(f32::MAX)));
-        let sum = |counter: usize| compiler.stage(programs::TARGET_SUM, &[("COUNTER", counter as f64)]);
+        let sum = |counter: usize| compiler.pass(SUM, &[("COUNTER", counter as f64)]);
         Ok(Self {
-            ask: compiler.stage(programs::LATTICE_REQUEST, &[("COUNTED", 0.0)])?,
-            show: compiler.stage(programs::TARGET_SHOW, &[])?,
-            choose: compiler.stage(programs::TARGET_CHOOSE, &constants)?,
-            count: compiler.stage(programs::TARGET_COUNT, &[])?,
-            decide: compiler.stage(programs::TARGET_DECIDE, &[("SHARE_1", one), ("SHARE_2", two)])?,
-            expect: compiler.stage(programs::TARGET_PREDICT, &[])?,
-            sum_expected: sum(EXPECTED)?,
-            measure: compiler.stage(programs::TARGET_ENERGY, &[])?,
+            request: Request::new(compiler, false)?,
+            show: compiler.pass(SHOW, &[])?,
+            choose: compiler.pass(CHOOSE, &constants)?,
+            count: compiler.pass(COUNT, &[])?,
+            decide: compiler.pass(DECIDE, &[("SHARE_1", one), ("SHARE_2", two)])?,
+            predict: compiler.pass(PREDICT, &[])?,
+            sum_predicted: sum(EXPECTED)?,
+            measure: compiler.pass(MEASURE, &[])?,
             sum_energy: sum(ENERGY)?,
         })
     }
 
-    /// The pattern of a trial.
+    /// Declares the buffers of an error target besides those of the lattice.
+    pub(super) fn declare(needs: &mut Needs) {
+        needs.declare(Slot::Chosen, size_of::<Choice>() as u64);
+        let tiles = u64::from(needs.width.div_ceil(8)) * u64::from(needs.height.div_ceil(8));
+        needs.declare(Slot::Sums, 4 * tiles);
+    }
+
+    /// Returns the pattern of pilot samples.
     pub(super) fn trial(pattern: Pattern) -> GpuPattern {
         GpuPattern::new(Pattern { columns: Budget::TRIAL, rows: Budget::TRIAL, ..pattern })
     }
 
-    /// Tries, chooses, and writes what is chosen into the uniforms of the levels, which begin at `first`; the trial's is behind
-    /// them.
-    pub(super) fn try_out(
+    /// Records pilot samples at the coarsest corners and the choice of a sampling plan, and writes the plan into the uniforms
+    /// of the levels, which begin at `first`. The uniform of the pilot samples follows them.
+    pub(super) fn take_pilot_samples(
         &self,
         recorder: &mut Recorder,
         tracer: &Tracer,
-        look: &Stage,
         first: u32,
         coarsest: u32,
     ) {
-        let trial = first + coarsest + 1;
-        recorder.run(look, Timed::Refine, trial, Groups::Tiles(coarsest));
-        recorder.run(&self.ask, Timed::Refine, trial, Groups::Corners(coarsest));
-        tracer.count(recorder, trial);
-        tracer.trace(recorder, trial, false);
-        recorder.run(&self.show, Timed::Refine, trial, Groups::Queries);
-        recorder.run(&self.choose, Timed::Refine, trial, Groups::Count(1));
+        let pilot = first + coarsest + 1;
+        self.request.record(recorder, tracer, pilot, coarsest, false);
+        recorder.run(&self.show, Timed::Refine, pilot, Groups::Queries);
+        recorder.run(&self.choose, Timed::Refine, pilot, Groups::Count(1));
         Self::adopt(recorder, first, coarsest);
     }
 
-    /// Goes over to every pixel where so many cells of a level are left that it does not pay to look at them.
+    /// Records the change to every pixel where so many cells of a level are left that levels do not pay.
     pub(super) fn decide(&self, recorder: &mut Recorder, first: u32, level: u32, coarsest: u32) {
         if Budget::DENSE.get(level as usize).copied().flatten().is_none() {
             return;
@@ -98,19 +113,19 @@ impl Target {
         Self::adopt(recorder, first, coarsest);
     }
 
-    /// Adds up what is to be expected of a light.
-    pub(super) fn expect(&self, recorder: &mut Recorder, first: u32) {
-        recorder.run(&self.expect, Timed::Refine, first, Groups::Tiles(0));
-        recorder.run(&self.sum_expected, Timed::Refine, first, Groups::Count(1));
+    /// Records the sum of the errors that are predicted for a light.
+    pub(super) fn predict(&self, recorder: &mut Recorder, first: u32) {
+        recorder.run(&self.predict, Timed::Refine, first, Groups::Tiles(0));
+        recorder.run(&self.sum_predicted, Timed::Refine, first, Groups::Count(1));
     }
 
-    /// And what that is held against, once the image is there.
+    /// Records the image's square, which errors are relative to.
     pub(super) fn measure(&self, recorder: &mut Recorder) {
         recorder.run(&self.measure, Timed::Compose, 0, Groups::Tiles(0));
         recorder.run(&self.sum_energy, Timed::Compose, 0, Groups::Count(1));
     }
 
-    /// Writes what is chosen into the uniforms of the levels.
+    /// Records copies of the plan into the uniforms of the levels.
     fn adopt(recorder: &mut Recorder, first: u32, coarsest: u32) {
         let buffers = recorder.buffers;
         for (from, to, bytes) in [
@@ -121,7 +136,7 @@ impl Target {
             for level in first..=first + coarsest {
                 let slot = u64::from(level * buffers.frame_stride);
                 recorder.encoder.copy_buffer_to_buffer(
-                    &buffers.chosen,
+                    &buffers[Slot::Chosen],
                     from as u64,
                     &buffers.frames,
                     slot + to as u64,
@@ -129,10 +144,5 @@ impl Target {
                 );
             }
         }
-    }
-
-    pub(super) fn stages(&mut self) -> [&mut Stage; 9] {
-        let Self { ask, show, choose, count, decide, expect, sum_expected, measure, sum_energy } = self;
-        [ask, show, choose, count, decide, expect, sum_expected, measure, sum_energy]
     }
 }

@@ -1,11 +1,11 @@
 use naga::TypeInner;
 
-use super::permutations::parsed;
+use super::permutations::{named, parsed};
 use crate::frame::{Frame, GpuPattern};
-use crate::programs::{FULL, RESOLVE, TARGET_CHOOSE, VOXEL_MASKS};
+use crate::light::TurnedLight;
 use crate::refine::Choice;
 use crate::scene::GpuMaterial;
-use crate::visibility::{Space, TurnedLight};
+use crate::visibility::Space;
 
 /// Checks members' offsets and the size of a structure against naga's.
 macro_rules! check {
@@ -26,7 +26,7 @@ fn structure(module: &naga::Module, name: &str) -> (Vec<(String, u32)>, u32) {
 
 #[test]
 fn structures_are_laid_out_alike() {
-    let module = &parsed(&FULL).0;
+    let module = &parsed(&named("full")).0;
     check!(module, "Pattern", GpuPattern, kind, columns, rows, count, words, stride, scale);
     check!(
         module,
@@ -66,10 +66,13 @@ fn structures_are_laid_out_alike() {
         pixel_footprint,
         error,
         step_level,
+        lights,
+        sides,
+        largest,
         levels
     );
-    check!(&parsed(&TARGET_CHOOSE).0, "Choice", Choice, pattern, error, coarsest, every);
-    let module = &parsed(&VOXEL_MASKS).0;
+    check!(&parsed(&named("error target: choose")).0, "Choice", Choice, pattern, error, coarsest, every);
+    let module = &parsed(&named("voxel: masks")).0;
     check!(module, "TurnedLight", TurnedLight, corner, u, v, normal);
     // Lights follow at once, as many as there are.
     let (members, _) = structure(module, "Space");
@@ -84,7 +87,7 @@ fn structures_are_laid_out_alike() {
         size_of::<Space>(),
     ];
     assert_eq!(offsets, expected);
-    let (members, span) = structure(&parsed(&RESOLVE).0, "Material");
+    let (members, span) = structure(&parsed(&named("resolve")).0, "Material");
     // Its last eight bytes have no name in the shader.
     assert_eq!(members.len(), 3);
     assert_eq!(members[1].1 as usize, std::mem::offset_of!(GpuMaterial, texels));

@@ -1,4 +1,5 @@
-//! Shaders without a device: every permutation is valid, and both sides agree on layouts.
+//! Tests without a device: every permutation of the shaders is valid, both sides agree on layouts, and modules have an order.
 
+mod imports;
 mod layouts;
 mod permutations;

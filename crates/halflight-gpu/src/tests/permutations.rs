@@ -5,10 +5,31 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 use crate::bindings::{Access, Slot};
 use crate::gpu::WORKGROUP_BYTES;
-use crate::programs::{ALL, Program};
-use crate::shader::Shader;
+use crate::program::Program;
+use crate::shader::{Shader, module_names, shader_module};
+use crate::{compose, gbuffer, present, refine, upsample, visibility};
 
-/// A program as naga sees it.
+/// Returns the programs of all stages.
+fn all() -> impl Iterator<Item = &'static Program> {
+    let single = [compose::PROGRAMS, gbuffer::PROGRAMS, present::PROGRAMS, upsample::PROGRAMS];
+    single.into_iter().chain(refine::PROGRAMS.iter().chain(visibility::PROGRAMS).copied()).flatten()
+}
+
+/// Returns the program of a name.
+pub(super) fn named(name: &str) -> Program {
+    *all().find(|program| program.name == name).unwrap()
+}
+
+#[test]
+fn every_module_belongs_to_a_program() {
+    let texts: Vec<String> = all().map(|program| Shader::new(program, &[]).unwrap().text).collect();
+    for name in module_names() {
+        let module = shader_module(name).unwrap();
+        assert!(texts.iter().any(|text| text.contains(&*module)), "{name}");
+    }
+}
+
+/// Parses a program by naga.
 pub(super) fn parsed(program: &Program) -> (naga::Module, Vec<(Slot, Access)>) {
     let Shader { text, slots } = Shader::new(program, &[]).unwrap();
     let module = wgsl::parse_str(&text);
@@ -17,7 +38,7 @@ pub(super) fn parsed(program: &Program) -> (naga::Module, Vec<(Slot, Access)>) {
 
 #[test]
 fn every_program_is_valid_and_binds_what_it_says() {
-    for program in ALL {
+    for program in all() {
         let (module, slots) = parsed(program);
         let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
         let info = validator.validate(&module).unwrap_or_else(|error| panic!("{}: {error:?}", program.name));
@@ -49,7 +70,7 @@ fn every_program_is_valid_and_binds_what_it_says() {
 /// Neither Direct3D nor Metal runs here; that wgpu can translate every program for them is known.
 #[test]
 fn every_program_is_translated_for_direct3d_and_metal() {
-    for program in ALL {
+    for program in all() {
         let (module, _) = parsed(program);
         let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
         let info = validator.validate(&module).unwrap();

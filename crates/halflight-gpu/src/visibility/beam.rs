@@ -1,48 +1,43 @@
 //! Beams: 64 neighbouring receivers gather the triangles in the shaft between them and the light, in workgroup memory. An empty
 //! shaft proves light; where there are more triangles than fit, the receivers go to rays, which the device counts.
 
-use halflight_core::scene::Scene;
+use halflight_core::light::AreaLight;
 
-use super::{Spill, for_both};
-use crate::GpuError;
-use crate::programs;
+use super::backend::{Backend, Both, Spill};
+use crate::error::GpuError;
+use crate::needs::Needs;
+use crate::pass::Compiler;
+use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
-use crate::stage::{Compiler, Stage};
-use crate::stats::Timed;
+
+programs! {
+    BEAM: "beam" = beam in "visibility/beam", "shared/query_batch";
+}
 
 /// Passes of beams.
 #[derive(Debug)]
-pub(crate) struct Beam {
-    masks: [Stage; 2],
+pub(super) struct Beam {
+    masks: Both,
     spill: Spill,
 }
 
 impl Beam {
-    /// Compiles them.
-    ///
-    /// # Errors
-    /// The device binds too few buffers, or a shader cannot be compiled.
-    pub(super) fn new(compiler: &Compiler, scene: &Scene) -> Result<Self, GpuError> {
-        let (low, high) = scene.mesh.bounds().unwrap_or_default();
-        let largest = ("LARGEST", low.abs().max(high.abs()).max_element().into());
+    pub(super) fn new(compiler: &Compiler) -> Result<Self, GpuError> {
         Ok(Self {
-            masks: for_both(|purpose| compiler.stage(programs::BEAM, &[largest, purpose]))?,
+            masks: Both::new(|purpose| compiler.pass(BEAM, &[purpose]))?,
             spill: Spill::new(compiler)?,
         })
     }
+}
 
-    /// Answers the queries at hand.
-    pub(super) fn record(&self, recorder: &mut Recorder, frame: u32, last: bool) {
-        Spill::clear(recorder);
-        recorder.run(&self.masks[usize::from(last)], Timed::Visibility, frame, Groups::Queries);
-        self.spill.record(recorder, frame, last);
+impl Backend for Beam {
+    fn declare(&self, needs: &mut Needs, _lights: &[AreaLight]) {
+        Spill::declare(needs);
     }
 
-    /// All stages, to bind.
-    pub(super) fn stages(&mut self) -> Vec<&mut Stage> {
-        let Self { masks: [first, second], spill } = self;
-        let mut stages = spill.stages();
-        stages.extend([first, second]);
-        stages
+    fn record(&self, recorder: &mut Recorder, frame: u32, last: bool) {
+        Spill::clear(recorder);
+        self.masks.run(recorder, frame, last, Groups::Queries);
+        self.spill.record(recorder, frame, last);
     }
 }

@@ -1,144 +1,47 @@
-//! Visibility backends: which passes they are made of.
+//! Visibility backends: a file each, with its passes, the buffers that it declares, and the order of the passes.
 
+mod backend;
 mod beam;
 mod raster4d;
 mod voxel;
 
-use halflight_core::scene::{Camera, Scene};
-use halflight_cpu::config::{PipelineConfig, VisibilityConfig};
+use halflight_cpu::config::{Named as _, PipelineConfig, VisibilityConfig};
 
-use crate::GpuError;
-use crate::buffers::Size;
-use crate::programs;
-use crate::recorder::{Groups, Recorder};
-use crate::stage::{Compiler, Stage};
-use crate::stats::Timed;
-use beam::Beam;
-use raster4d::Raster4d;
-use voxel::Voxel;
+use crate::error::GpuError;
+use crate::pass::Compiler;
+pub(crate) use backend::Backend;
 
 #[cfg(test)]
-pub(crate) use voxel::{Space, TurnedLight};
+pub(crate) use voxel::Space;
 
-/// A backend. Of two stages that answer queries the first does so to refine, the second for irradiance alone.
-#[derive(Debug)]
-pub(crate) enum Visibility {
-    /// Ray by ray.
-    Rays([Stage; 2]),
-    /// Beams, and rays for what they cannot hold.
-    Beam(Box<Beam>),
-    /// 4D rasterization, and rays at the light's plane.
-    Raster4d(Box<Raster4d>),
-    /// Voxel marching.
-    Voxel(Box<Voxel>),
-}
+/// Programs of all backends.
+#[cfg(test)]
+pub(crate) const PROGRAMS: &[&[crate::program::Program]] =
+    &[backend::PROGRAMS, beam::PROGRAMS, raster4d::PROGRAMS, voxel::PROGRAMS];
 
-/// Two stages that differ in what their rays are counted as.
-fn for_both(make: impl Fn((&'static str, f64)) -> Result<Stage, GpuError>) -> Result<[Stage; 2], GpuError> {
-    Ok([make(("PURPOSE", 0.0))?, make(("PURPOSE", 1.0))?])
-}
-
-impl Visibility {
-    /// Compiles the passes of a configuration's backend.
-    ///
-    /// # Errors
-    /// Its constants or the light samples are out of range, or a shader cannot be read or compiled.
-    pub(crate) fn new(compiler: &Compiler, scene: &Scene, config: &PipelineConfig) -> Result<Self, GpuError> {
-        match config.visibility {
-            // Exact backends agree, so that the choice between them is free.
-            VisibilityConfig::Bvh | VisibilityConfig::Auto => {
-                Ok(Self::Rays(for_both(|purpose| compiler.stage(programs::MASKS, &[purpose]))?))
-            }
-            VisibilityConfig::Beam => Ok(Self::Beam(Box::new(Beam::new(compiler, scene)?))),
-            VisibilityConfig::Raster4d(raster) => {
-                Ok(Self::Raster4d(Box::new(Raster4d::new(compiler, scene, raster, config.sampling)?)))
-            }
-            VisibilityConfig::Voxel(voxel) => Ok(Self::Voxel(Box::new(Voxel::new(compiler, scene, voxel)?))),
+/// Compiles the backend of a configuration for a scene of so many triangles.
+///
+/// # Errors
+/// The backend's constants or the light samples are out of range, or a shader cannot be read or compiled.
+pub(crate) fn backend(
+    compiler: &Compiler,
+    triangles: usize,
+    config: &PipelineConfig,
+) -> Result<Box<dyn Backend>, GpuError> {
+    Ok(match config.visibility {
+        // Exact backends agree, so that the choice between them is free.
+        VisibilityConfig::Bvh | VisibilityConfig::Auto => Box::new(backend::Rays::new(compiler)?),
+        VisibilityConfig::Beam => Box::new(beam::Beam::new(compiler)?),
+        VisibilityConfig::Raster4d(own) => {
+            Box::new(raster4d::Raster4d::new(compiler, triangles, own, config.sampling)?)
         }
-    }
-
-    /// The size that its own buffers take besides those of other stages.
-    pub(crate) fn size(&self, size: Size) -> Size {
-        match self {
-            Self::Rays(_) => size,
-            Self::Beam(_) => Size { spilled: size.queries, ..size },
-            Self::Raster4d(raster) => raster.size(size),
-            Self::Voxel(voxel) => voxel.size(size),
+        VisibilityConfig::Voxel(own) => Box::new(voxel::Voxel::new(compiler, triangles, own)?),
+        _ => {
+            let stage = config.visibility.name();
+            return Err(GpuError::Unsupported {
+                stage,
+                reason: "this backend exists on the CPU only; use `auto`",
+            });
         }
-    }
-
-    /// What the buffer `space` is to hold for a camera.
-    pub(crate) fn space(&self, camera: &Camera, size: Size) -> Vec<u8> {
-        match self {
-            Self::Voxel(voxel) => voxel.space(camera, size),
-            _ => Vec::new(),
-        }
-    }
-
-    /// Records what is done once a frame; the uniforms of each light begin `stride` after those of the one before.
-    pub(crate) fn prepare(&self, recorder: &mut Recorder, stride: u32) {
-        if let Self::Voxel(voxel) = self {
-            voxel.prepare(recorder, stride);
-        }
-    }
-
-    /// Records what is done once a light; `frame` is the first of its uniforms.
-    pub(crate) fn start(&self, recorder: &mut Recorder, frame: u32) {
-        if let Self::Raster4d(raster) = self {
-            raster.start(recorder, frame);
-        }
-    }
-
-    /// Records the answers to the queries at hand.
-    pub(crate) fn record(&self, recorder: &mut Recorder, frame: u32, last: bool) {
-        let masks = match self {
-            Self::Rays(masks) => masks,
-            Self::Beam(beam) => return beam.record(recorder, frame, last),
-            Self::Raster4d(raster) => return raster.record(recorder, frame, last),
-            Self::Voxel(voxel) => &voxel.masks,
-        };
-        recorder.run(&masks[usize::from(last)], Timed::Visibility, frame, Groups::Rays);
-    }
-
-    /// All stages, to bind.
-    pub(crate) fn stages(&mut self) -> Vec<&mut Stage> {
-        match self {
-            Self::Rays(masks) => masks.iter_mut().collect(),
-            Self::Beam(beam) => beam.stages(),
-            Self::Raster4d(raster) => raster.stages(),
-            Self::Voxel(voxel) => voxel.stages(),
-        }
-    }
-}
-
-/// Rays for the queries that another backend leaves to them.
-#[derive(Debug)]
-struct Spill {
-    dispatch: Stage,
-    masks: [Stage; 2],
-}
-
-impl Spill {
-    fn new(compiler: &Compiler) -> Result<Self, GpuError> {
-        Ok(Self {
-            dispatch: compiler.stage(programs::SPILL, &[])?,
-            masks: for_both(|purpose| compiler.stage(programs::SPILLED_MASKS, &[purpose]))?,
-        })
-    }
-
-    /// Forgets what has been left to rays.
-    fn clear(recorder: &mut Recorder) {
-        recorder.encoder.clear_buffer(&recorder.buffers.spilled, 0, Some(4));
-    }
-
-    /// Answers it.
-    fn record(&self, recorder: &mut Recorder, frame: u32, last: bool) {
-        recorder.run(&self.dispatch, Timed::Visibility, frame, Groups::Count(1));
-        recorder.run(&self.masks[usize::from(last)], Timed::Visibility, frame, Groups::Spilled);
-    }
-
-    fn stages(&mut self) -> Vec<&mut Stage> {
-        let Self { dispatch, masks: [first, second] } = self;
-        vec![dispatch, first, second]
-    }
+    })
 }

@@ -7,18 +7,30 @@
 //! squeezed into -1 to 1, so that no outlier stretches it.
 
 use halflight_core::frame::LightSampling;
-use halflight_core::scene::Scene;
+use halflight_core::light::AreaLight;
 use halflight_core::stages::Visibility;
 use halflight_cpu::pipeline::PipelineError;
 use halflight_cpu::raster4d::{self, Raster4dConfig};
 
-use super::{Spill, for_both};
-use crate::GpuError;
-use crate::buffers::Size;
-use crate::programs;
+use super::backend::{Backend, Both, Spill};
+use crate::bindings::Slot;
+use crate::error::GpuError;
+use crate::light::sides;
+use crate::needs::Needs;
+use crate::pass::{Compiler, Pass};
+use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
-use crate::stage::{Compiler, Stage};
 use crate::stats::Timed;
+
+programs! {
+    FRAME: "raster4d: frame" = lay_out in "visibility/raster4d_frame";
+    TRIANGLES: "raster4d: triangles" = count_triangles in "visibility/raster4d_triangles";
+    RECEIVERS: "raster4d: receivers" = count_receivers in "visibility/raster4d_receivers";
+    SCAN: "raster4d: scan" = scan in "visibility/raster4d_scan";
+    FILL: "raster4d: fill" = fill in "visibility/raster4d_fill";
+    LENGTHS: "raster4d: lengths" = measure in "visibility/raster4d_lengths";
+    MASKS: "raster4d: masks" = take_hidden in "visibility/raster4d_masks";
+}
 
 /// Words before the cells: `TRIANGLE_ENDS` in `shaders/visibility/raster4d.wgsl`.
 const HEAD: u64 = 16;
@@ -31,32 +43,32 @@ const MOST_CELLS: u32 = 1024;
 
 /// Passes of 4D rasterization.
 #[derive(Debug)]
-pub(crate) struct Raster4d {
-    /// Cells of all levels, and of the finest, on all sides that the lights have.
+pub(super) struct Raster4d {
+    /// Cells of all levels on one side of a light.
     cells: u64,
+    /// Cells of the finest level on one side of a light.
     finest: u64,
-    sides: u64,
     triangles: u64,
-    frame: Stage,
-    /// Counts, scans and fills.
-    triangle_bins: [Stage; 3],
-    lengths: Stage,
-    count: [Stage; 2],
-    scan: Stage,
-    fill: Stage,
-    masks: Stage,
+    frame: Pass,
+    /// Passes that count, scan and fill.
+    triangle_bins: [Pass; 3],
+    lengths: Pass,
+    count: Both,
+    scan: Pass,
+    fill: Pass,
+    masks: Pass,
     spill: Spill,
 }
 
 impl Raster4d {
-    /// Compiles them.
+    /// Compiles the passes for a scene of so many triangles.
     ///
     /// # Errors
     /// The framebuffer is too small or too large, the samples do not lie in rows, a part is switched off that is never off
     /// here, the device binds too few buffers, or a shader cannot be compiled.
     pub(super) fn new(
         compiler: &Compiler,
-        scene: &Scene,
+        triangles: usize,
         config: Raster4dConfig,
         sampling: LightSampling,
     ) -> Result<Self, GpuError> {
@@ -82,77 +94,64 @@ impl Raster4d {
         }
         let levels = std::iter::successors(Some(framebuffer), |&side| (side > 1).then(|| side.div_ceil(2)));
         let cells = levels.clone().map(|side| u64::from(side).pow(2)).sum::<u64>();
-        let sides = if scene.lights.iter().any(|light| light.two_sided) { 2u32 } else { 1 };
-        let triangles = scene.mesh.triangle_count();
         let constants = [
             ("FRAMEBUFFER", framebuffer.into()),
             ("LEVELS", levels.count() as f64),
             ("CELLS", cells as f64),
-            ("SIDES", sides.into()),
             ("TRIANGLES", triangles as f64),
         ];
-        let stage = |program, own: &[_]| compiler.stage(program, &[&constants, own].concat());
+        let pass = |program, own: &[_]| compiler.pass(program, &[&constants, own].concat());
         let [of_triangles, of_receivers] = [0.0, 1.0].map(|value| [("RECEIVERS", value)]);
-        let sides = u64::from(sides);
         Ok(Self {
-            cells: sides * cells,
-            finest: sides * u64::from(framebuffer).pow(2),
-            sides,
+            cells,
+            finest: u64::from(framebuffer).pow(2),
             triangles: triangles as u64,
-            frame: stage(programs::RASTER4D_FRAME, &[])?,
-            triangle_bins: [
-                stage(programs::RASTER4D_TRIANGLES, &[])?,
-                stage(programs::RASTER4D_SCAN, &of_triangles)?,
-                stage(programs::RASTER4D_FILL, &of_triangles)?,
-            ],
-            lengths: stage(programs::RASTER4D_LENGTHS, &[])?,
-            count: for_both(|purpose| stage(programs::RASTER4D_RECEIVERS, &[purpose]))?,
-            scan: stage(programs::RASTER4D_SCAN, &of_receivers)?,
-            fill: stage(programs::RASTER4D_FILL, &of_receivers)?,
-            masks: stage(programs::RASTER4D_MASKS, &[])?,
+            frame: pass(FRAME, &[])?,
+            triangle_bins: [pass(TRIANGLES, &[])?, pass(SCAN, &of_triangles)?, pass(FILL, &of_triangles)?],
+            lengths: pass(LENGTHS, &[])?,
+            count: Both::new(|purpose| pass(RECEIVERS, &[purpose]))?,
+            scan: pass(SCAN, &of_receivers)?,
+            fill: pass(FILL, &of_receivers)?,
+            masks: pass(MASKS, &[])?,
             spill: Spill::new(compiler)?,
         })
     }
+}
 
-    /// What it takes.
-    pub(super) fn size(&self, size: Size) -> Size {
-        let triangles = self.sides * self.triangles;
-        let bins = HEAD + self.cells + 3 * self.finest + 2 * u64::from(size.queries) + (1 + SPAN) * triangles;
-        Size { bins, rectangles: triangles, spilled: size.queries, ..size }
+impl Backend for Raster4d {
+    fn declare(&self, needs: &mut Needs, lights: &[AreaLight]) {
+        let sides = u64::from(sides(lights));
+        let triangles = sides * self.triangles;
+        let cells = HEAD + sides * (self.cells + 3 * self.finest);
+        let words = cells + 2 * needs.records(Slot::Queries) + (1 + SPAN) * triangles;
+        needs.declare(Slot::Bins, 4 * words);
+        needs.declare(Slot::Rectangles, 16 * triangles);
+        Spill::declare(needs);
     }
 
-    /// Bins the triangles for one light.
-    pub(super) fn start(&self, recorder: &mut Recorder, frame: u32) {
-        let Size { width, height, .. } = recorder.buffers.size;
-        recorder.encoder.clear_buffer(&recorder.buffers.bins, 0, Some(4 * (HEAD + self.cells)));
-        let mut run = |stage, count| recorder.run(stage, Timed::Visibility, frame, Groups::Count(count));
+    /// Records the bins of triangles.
+    fn start(&self, recorder: &mut Recorder, frame: u32) {
+        let pixels = recorder.buffers.needs.pixels();
+        let sides = u64::from(sides(recorder.lights));
+        recorder.clear_words(Slot::Bins, 0, HEAD + sides * self.cells);
+        let mut run = |pass, count| recorder.run(pass, Timed::Visibility, frame, Groups::Count(count));
         let [count, scan, fill] = &self.triangle_bins;
-        run(&self.frame, u64::from(width) * u64::from(height));
+        run(&self.frame, pixels);
         run(count, self.triangles);
         run(scan, 1);
         run(fill, self.triangles);
-        run(&self.lengths, self.finest);
+        run(&self.lengths, sides * self.finest);
     }
 
-    /// Answers the queries at hand.
-    pub(super) fn record(&self, recorder: &mut Recorder, frame: u32, last: bool) {
+    fn record(&self, recorder: &mut Recorder, frame: u32, last: bool) {
         Spill::clear(recorder);
-        let receivers = 4 * (HEAD + self.cells);
-        recorder.encoder.clear_buffer(&recorder.buffers.bins, receivers, Some(4 * self.finest));
-        let mut run = |stage, groups| recorder.run(stage, Timed::Visibility, frame, groups);
-        run(&self.count[usize::from(last)], Groups::Queries);
+        let sides = u64::from(sides(recorder.lights));
+        recorder.clear_words(Slot::Bins, HEAD + sides * self.cells, sides * self.finest);
+        self.count.run(recorder, frame, last, Groups::Queries);
+        let mut run = |pass, groups| recorder.run(pass, Timed::Visibility, frame, groups);
         run(&self.scan, Groups::Count(1));
         run(&self.fill, Groups::Queries);
         run(&self.masks, Groups::Tasks);
         self.spill.record(recorder, frame, last);
-    }
-
-    /// All stages, to bind.
-    pub(super) fn stages(&mut self) -> Vec<&mut Stage> {
-        let Self { frame, triangle_bins, lengths, count, scan, fill, masks, spill, .. } = self;
-        let mut stages = spill.stages();
-        stages.extend([frame, lengths, scan, fill, masks]);
-        stages.extend(triangle_bins.iter_mut().chain(count));
-        stages
     }
 }

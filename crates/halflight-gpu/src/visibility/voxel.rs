@@ -4,22 +4,32 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use halflight_core::light::AreaLight;
-use halflight_core::scene::{Camera, Scene};
+use halflight_core::scene::Camera;
 use halflight_cpu::pipeline::PipelineError;
-use halflight_cpu::voxel::{Frustum, Traversal, VoxelConfig, turned};
+use halflight_cpu::voxel::{Frustum, Traversal, VoxelConfig};
 
-use super::for_both;
-use crate::GpuError;
-use crate::buffers::Size;
-use crate::programs;
+use super::backend::{Backend, Both};
+use crate::bindings::Slot;
+use crate::error::GpuError;
+use crate::light::{TurnedLight, deepest};
+use crate::needs::Needs;
+use crate::pass::{Compiler, Pass};
+use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
-use crate::stage::{Compiler, Stage};
 use crate::stats::Timed;
+
+programs! {
+    RANGE: "voxel: range" = find_range in "visibility/voxel_range";
+    CLEARANCE: "voxel: clearance" = find_clearance in "visibility/voxel_clearance";
+    DISPATCH: "voxel: dispatch" = size_large in "visibility/voxel_dispatch";
+    FILL: "voxel: fill" = fill in "visibility/voxel_fill";
+    MASKS: "voxel: masks" = masks in "visibility/masks", "visibility/voxel", "shared/query_batch";
+}
 
 /// Words before the voxels besides one a light: `LIGHTS` in `shaders/visibility/voxel_space.wgsl`.
 const LIGHTS: usize = 4;
 
-/// Twin of `Space` there.
+/// Twin of `Space` in `shaders/visibility/voxel_space.wgsl`; the lights follow it.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Space {
@@ -31,87 +41,94 @@ pub(crate) struct Space {
     pub(crate) forward: [f32; 4],
 }
 
-/// Twin of `TurnedLight` there.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub(crate) struct TurnedLight {
-    pub(crate) corner: [f32; 4],
-    pub(crate) u: [f32; 4],
-    pub(crate) v: [f32; 4],
-    pub(crate) normal: [f32; 4],
-}
-
 /// Passes of voxel marching.
 #[derive(Debug)]
-pub(crate) struct Voxel {
+pub(super) struct Voxel {
     config: VoxelConfig,
-    lights: Vec<AreaLight>,
     triangles: u64,
-    range: Stage,
-    clearance: Stage,
-    small: Stage,
-    dispatch: Stage,
-    large: Stage,
-    pub(super) masks: [Stage; 2],
+    range: Pass,
+    clearance: Pass,
+    small: Pass,
+    dispatch: Pass,
+    large: Pass,
+    masks: Both,
 }
 
 impl Voxel {
-    /// Compiles them.
+    /// Compiles the passes for a scene of so many triangles.
     ///
     /// # Errors
     /// A constant is out of range, or a shader cannot be compiled.
-    pub(super) fn new(compiler: &Compiler, scene: &Scene, config: VoxelConfig) -> Result<Self, GpuError> {
+    pub(super) fn new(compiler: &Compiler, triangles: usize, config: VoxelConfig) -> Result<Self, GpuError> {
         config.validate().map_err(PipelineError::from)?;
         let steps = match config.traversal {
             Traversal::Steps { count } => count,
             Traversal::Dda => 0,
         };
-        let triangles = scene.mesh.triangle_count();
         let constants = [
             ("RESOLUTION", config.resolution.into()),
             ("BITS", config.depth_bits.into()),
             ("BIAS", config.bias.into()),
             ("TRIANGLES", triangles as f64),
-            ("HEAD", (LIGHTS + scene.lights.len()) as f64),
         ];
-        let stage = |program, own: &[_]| compiler.stage(program, &[&constants, own].concat());
+        let pass = |program, own: &[_]| compiler.pass(program, &[&constants, own].concat());
         let march = [("STEPS", steps.into()), ("THICKNESS", config.thickness.into())];
         Ok(Self {
             config,
-            lights: scene.lights.clone(),
             triangles: triangles as u64,
-            range: stage(programs::VOXEL_RANGE, &[])?,
-            clearance: stage(programs::VOXEL_CLEARANCE, &[])?,
-            small: stage(programs::VOXEL_FILL, &[("LARGE", 0.0)])?,
-            dispatch: stage(programs::VOXEL_DISPATCH, &[])?,
-            large: stage(programs::VOXEL_FILL, &[("LARGE", 1.0)])?,
-            masks: for_both(|purpose| stage(programs::VOXEL_MASKS, &[march[0], march[1], purpose]))?,
+            range: pass(RANGE, &[])?,
+            clearance: pass(CLEARANCE, &[])?,
+            small: pass(FILL, &[("LARGE", 0.0)])?,
+            dispatch: pass(DISPATCH, &[])?,
+            large: pass(FILL, &[("LARGE", 1.0)])?,
+            masks: Both::new(|purpose| pass(MASKS, &[march[0], march[1], purpose]))?,
         })
     }
+}
 
-    /// What it takes.
-    pub(super) fn size(&self, size: Size) -> Size {
+impl Backend for Voxel {
+    fn declare(&self, needs: &mut Needs, lights: &[AreaLight]) {
         let VoxelConfig { resolution, depth_bits, .. } = self.config;
-        let lights = self.lights.len();
-        Size {
-            space: (size_of::<Space>() + lights * size_of::<TurnedLight>()) as u64,
-            // Texels are words of 64 bits, as on the CPU.
-            voxels: (LIGHTS + lights) as u64
-                + u64::from(resolution).pow(2) * 2 * u64::from(depth_bits.div_ceil(64)),
-            large: self.triangles,
-            ..size
-        }
+        let space = size_of::<Space>() + lights.len() * size_of::<TurnedLight>();
+        needs.declare(Slot::Space, space as u64);
+        // Texels are words of 64 bits, as on the CPU.
+        let texels = u64::from(resolution).pow(2) * 2 * u64::from(depth_bits.div_ceil(64));
+        needs.declare(Slot::Voxels, 4 * ((LIGHTS + lights.len()) as u64 + texels));
+        needs.declare(Slot::Large, 4 * (1 + self.triangles));
     }
 
-    /// Sets the voxels that the scene fills; the uniforms of each light begin `stride` after those of the one before.
-    pub(super) fn prepare(&self, recorder: &mut Recorder, stride: u32) {
-        let Size { width, height, .. } = recorder.buffers.size;
-        recorder.encoder.clear_buffer(&recorder.buffers.voxels, 0, None);
-        recorder.encoder.clear_buffer(&recorder.buffers.large, 0, Some(4));
-        let pixels = u64::from(width) * u64::from(height);
-        let mut run = |stage, frame, groups| recorder.run(stage, Timed::Visibility, frame, groups);
+    fn space(&self, camera: &Camera, needs: &Needs, lights: &[AreaLight]) -> Vec<u8> {
+        let aspect = needs.width as f32 / needs.height as f32;
+        // The device finds out where the voxels begin and end.
+        let depths = (1.0, 2.0);
+        let VoxelConfig { resolution, depth_bits, .. } = self.config;
+        let frustum = &Frustum::new(camera, aspect, depths, resolution as usize, depth_bits as usize);
+        let row = |axis: usize| frustum.rows[axis].as_vec3();
+        let padded = |v: Vec3| v.extend(0.0).to_array();
+        let space = Space {
+            across: row(0).to_array(),
+            lights_deepest: deepest(lights, frustum.eye, frustum.forward),
+            down: padded(row(1)),
+            texel_right: padded(frustum.texel[0]),
+            texel_up: padded(frustum.texel[1]),
+            forward: padded(frustum.forward),
+        };
+        let mut bytes = bytemuck::bytes_of(&space).to_vec();
+        for light in lights {
+            bytes.extend_from_slice(bytemuck::bytes_of(&TurnedLight::new(frustum, light)));
+        }
+        bytes
+    }
+
+    /// Records the voxels that the scene fills.
+    fn prepare(&self, recorder: &mut Recorder, stride: u32) {
+        let pixels = recorder.buffers.needs.pixels();
+        let lights = recorder.lights.len() as u32;
+        recorder.clear(Slot::Voxels);
+        recorder.clear_words(Slot::Large, 0, 1);
+        let mut run = |pass, frame, groups| recorder.run(pass, Timed::Visibility, frame, groups);
         run(&self.range, 0, Groups::Count(pixels.max(3 * self.triangles)));
-        for light in 0..self.lights.len() as u32 {
+        for light in 0..lights {
             run(&self.clearance, light * stride, Groups::Count(1));
         }
         run(&self.small, 0, Groups::Count(self.triangles));
@@ -119,38 +136,7 @@ impl Voxel {
         run(&self.large, 0, Groups::Tasks);
     }
 
-    /// All stages, to bind.
-    pub(super) fn stages(&mut self) -> Vec<&mut Stage> {
-        let Self { range, clearance, small, dispatch, large, masks: [first, second], .. } = self;
-        vec![range, clearance, small, dispatch, large, first, second]
-    }
-
-    /// What the shaders' `space` holds for a camera.
-    pub(super) fn space(&self, camera: &Camera, size: Size) -> Vec<u8> {
-        let aspect = size.width as f32 / size.height as f32;
-        // The device finds out where it begins and ends.
-        let depths = (1.0, 2.0);
-        let VoxelConfig { resolution, depth_bits, .. } = self.config;
-        let frustum = &Frustum::new(camera, aspect, depths, resolution as usize, depth_bits as usize);
-        let depth = |point: Vec3| frustum.forward.dot(point - frustum.eye);
-        let corners = self.lights.iter().flat_map(AreaLight::corners);
-        let row = |axis: usize| frustum.rows[axis].as_vec3();
-        let padded = |v: Vec3| v.extend(0.0).to_array();
-        let space = Space {
-            across: row(0).to_array(),
-            lights_deepest: corners.map(depth).fold(f32::NEG_INFINITY, f32::max),
-            down: padded(row(1)),
-            texel_right: padded(frustum.texel[0]),
-            texel_up: padded(frustum.texel[1]),
-            forward: padded(frustum.forward),
-        };
-        let mut bytes = bytemuck::bytes_of(&space).to_vec();
-        for light in &self.lights {
-            let AreaLight { corner, edge_u, edge_v, .. } = turned(frustum, light);
-            let normal = frustum.turn(light.normal().as_dvec3()).as_vec3();
-            let light = [corner, edge_u, edge_v, normal].map(padded);
-            bytes.extend_from_slice(bytemuck::cast_slice(&light));
-        }
-        bytes
+    fn record(&self, recorder: &mut Recorder, frame: u32, last: bool) {
+        self.masks.run(recorder, frame, last, Groups::Rays);
     }
 }

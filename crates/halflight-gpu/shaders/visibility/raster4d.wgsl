@@ -1,19 +1,18 @@
 // 4D rasterization (Wang17 §3.1), as in halflight-cpu/src/raster4d: points are projected through all points
 // of the light at once.
 //
-// In the light's coordinate system a point has a position (u, v) over the light, whose corners are 0 and 1,
-// and a height h above its plane. The line through the point q of the light has the slope (u − q) / h. For
-// all of the light a point therefore has an interval of slopes, and with v a rectangle. A triangle that hides
-// some of the light from a receiver has a rectangle that covers the receiver's.
+// In the light's own coordinates a point has a place (u, v) over the light, whose corners are 0 and 1, and a height h above
+// its plane. The line through the point q of the light has the slope (u − q) / h, so over all of the light a point has an
+// interval of slopes, and with v a rectangle. What hides anything from a receiver has a rectangle that covers the
+// receiver's.
+//@ needs shared/light
 
 // Cells per side of the finest framebuffer; each coarser one has half as many, down to a single cell.
 override FRAMEBUFFER: u32 = 128u;
 override LEVELS: u32 = 8u;
 // Number of cells of all levels.
 override CELLS: u32 = 21845u;
-// Number of sides of the light with framebuffers: 2 if any light is two-sided.
-override SIDES: u32 = 1u;
-// Number of triangles of the scene.
+// Triangles of the scene.
 override TRIANGLES: u32 = 0u;
 
 // Number of receivers and of triangles that a workgroup processes.
@@ -28,11 +27,11 @@ const TASKS: u32 = 8u;
 const TRIANGLE_ENDS: u32 = 16u;
 
 fn finest_cells() -> u32 {
-    return SIDES * FRAMEBUFFER * FRAMEBUFFER;
+    return frame.sides * FRAMEBUFFER * FRAMEBUFFER;
 }
 
 fn receiver_ends() -> u32 {
-    return TRIANGLE_ENDS + SIDES * CELLS;
+    return TRIANGLE_ENDS + frame.sides * CELLS;
 }
 
 fn lengths() -> u32 {
@@ -52,7 +51,7 @@ fn cells_of_triangles() -> u32 {
 }
 
 fn query_order() -> u32 {
-    return cells_of_triangles() + SIDES * TRIANGLES;
+    return cells_of_triangles() + frame.sides * TRIANGLES;
 }
 
 fn triangle_order() -> u32 {
@@ -81,18 +80,15 @@ struct Rectangle {
 }
 
 fn local(point: vec3<f32>, side: u32) -> Local {
-    let along = point - frame.light_corner;
-    let across_u = cross3(frame.light_v, frame.light_normal);
-    let across_v = cross3(frame.light_normal, frame.light_u);
-    let u = across_u / dot3(across_u, frame.light_u);
-    let v = across_v / dot3(across_v, frame.light_v);
+    let along = from_light(point);
+    let dual = light_dual();
     let sign = select(1.0, -1.0, side == 1u);
     // 2⁻²¹ of the products' magnitudes.
     let size = abs(along) * 4.76837158203125e-7;
     return Local(
-        vec2(dot3(along, u), dot3(along, v)),
+        vec2(dot3(along, dual.u), dot3(along, dual.v)),
         dot3(along, frame.light_normal) * sign,
-        vec2(dot3(size, abs(u)), dot3(size, abs(v))),
+        vec2(dot3(size, abs(dual.u)), dot3(size, abs(dual.v))),
         dot3(size, abs(frame.light_normal)),
     );
 }
@@ -109,19 +105,18 @@ fn slope_error(p: Local) -> vec2<f32> {
 
 // Upper bound on the distance of samples from the light's plane.
 fn thickness() -> f32 {
-    let sizes = abs(frame.light_corner) + abs(frame.light_u) + abs(frame.light_v);
-    return max(max(sizes.x, sizes.y), sizes.z) * 9.5367431640625e-7;
+    return light_reach() * 9.5367431640625e-7;
 }
 
 // Slopes, in lengths of the light's edges, mapped to -1 … 1.
 fn squeezed(x: vec2<f32>) -> vec2<f32> {
-    let size = x * vec2(sqrt(dot3(frame.light_u, frame.light_u)), sqrt(dot3(frame.light_v, frame.light_v)));
+    let size = x * light_lengths();
     return size / (1.0 + abs(size));
 }
 
 // Side of the light on which a point lies.
 fn side_of(point: vec3<f32>) -> u32 {
-    return select(0u, 1u, dot3(frame.light_cross, point - frame.light_corner) < 0.0);
+    return select(0u, 1u, light_side(point) < 0.0);
 }
 
 // True if a receiver's rectangle and position bound the triangles that hide the light from it: it is not too

@@ -17,7 +17,7 @@ fn fill(here: Lane) {
             }
         }
     } else if number < TRIANGLES {
-        for (var corner = 0u; corner < 4u * SIDES; corner++) {
+        for (var corner = 0u; corner < 4u * frame.sides; corner++) {
             let side = corner / 4u;
             let cells = atomicLoad(&bins[cells_of_triangles() + side * TRIANGLES + number]);
             let cell = cell_at_corner(cells, corner % 4u, side);

@@ -70,7 +70,12 @@ struct Frame {
     error: f32,
     // Coarsest level of cells that are kept across depth discontinuities.
     step_level: u32,
-    // Index of the first cell of each level in buffers that hold all levels.
+    // Number of lights, and of sides that they shine to: 2 where any of them is two-sided.
+    lights: u32,
+    sides: u32,
+    // Largest absolute coordinate of the scene.
+    largest: f32,
+    // The first cell of each level in buffers that hold all levels.
     levels: array<vec4<u32>, 2>,
 }
 

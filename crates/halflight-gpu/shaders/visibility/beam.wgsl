@@ -5,10 +5,7 @@
 //@ reads nodes queries
 //@ writes wanted visible spilled
 
-// Largest absolute coordinate of the scene.
-override LARGEST: f32 = 1.0;
-
-// Most triangles on the shared list: each costs a ray about a third of a BVH node.
+// Triangles that receivers share at most: each costs a ray about a third of what a node of the BVH does.
 const LIST: u32 = 64u;
 // Most nodes that are visited to find them.
 const QUEUE: u32 = 512u;
@@ -171,18 +168,13 @@ fn start_gathering() {
 }
 
 fn make_hull(low: vec3<f32>, high: vec3<f32>) {
-    let a = frame.light_corner;
-    let b = a + frame.light_u;
-    let c = b + frame.light_v;
-    let d = a + frame.light_v;
-    let light_low = min(min(a, b), min(c, d));
-    let light_high = max(max(a, b), max(c, d));
-    let sizes = max(max(abs(low), abs(high)), max(abs(light_low), abs(light_high)));
+    let light = light_bounds();
+    let sizes = max(max(abs(low), abs(high)), max(abs(light.low), abs(light.high)));
     // 2⁻²⁰ of the largest coordinate.
-    let slack = max(max(sizes.x, sizes.y), max(sizes.z, LARGEST)) * 9.5367431640625e-7;
+    let slack = max(max(sizes.x, sizes.y), max(sizes.z, frame.largest)) * 9.5367431640625e-7;
     hull.slack = slack;
-    hull.low = min(low, light_low) - slack;
-    hull.high = max(high, light_high) + slack;
+    hull.low = min(low, light.low) - slack;
+    hull.high = max(high, light.high) + slack;
     hull.receivers_low = low;
     hull.receivers_high = high;
     for (var side = 0u; side < 12u; side++) {
@@ -190,7 +182,7 @@ fn make_hull(low: vec3<f32>, high: vec3<f32>) {
         let j = (side / 4u + 2u) % 3u;
         let upper = vec2((side & 2u) != 0u, (side & 1u) != 0u);
         let p = select(vec2(low[i], low[j]), vec2(high[i], high[j]), upper);
-        let q = select(vec2(light_low[i], light_low[j]), vec2(light_high[i], light_high[j]), upper);
+        let q = select(vec2(light.low[i], light.low[j]), vec2(light.high[i], light.high[j]), upper);
         hull.sides[side] = plane_through(p, q, upper, slack);
     }
 }
@@ -256,11 +248,9 @@ fn may_hide(triangle: u32) -> bool {
     let extent = (hull.receivers_high - hull.receivers_low) * 0.5;
     let receivers = dot3(up, middle - a.xyz);
     let spread = dot3(abs(up), extent);
-    let corner = dot3(up, frame.light_corner - a.xyz);
-    let u = dot3(up, frame.light_u);
-    let v = dot3(up, frame.light_v);
-    let least = min(receivers - spread, corner + min(u, 0.0) + min(v, 0.0));
-    let most = max(receivers + spread, corner + max(u, 0.0) + max(v, 0.0));
+    let light = light_heights(up, a.xyz);
+    let least = min(receivers - spread, light.x);
+    let most = max(receivers + spread, light.y);
     let error = (abs(up.x) + abs(up.y) + abs(up.z)) * 8.0 * hull.slack;
     return least <= error && most >= -error;
 }

@@ -42,9 +42,7 @@ struct Polygon {
 
 fn visible_polygon(origin: vec3<f32>, up: vec3<f32>) -> Polygon {
     var polygon: Polygon;
-    // Differences first: the corners of a small light far away would round to one point.
-    let a = frame.light_corner - origin;
-    var corners = array(a, a + frame.light_u, a + frame.light_u + frame.light_v, a + frame.light_v);
+    var corners = light_corners_seen(origin);
     for (var index = 0u; index < 4u; index++) {
         let p = corners[index];
         let q = corners[(index + 1u) & 3u];
@@ -137,12 +135,11 @@ fn unshadowed(origin: vec3<f32>, up: vec3<f32>) -> f32 {
     if polygon.count < 3u {
         return 0.0;
     }
-    let shorter = min(dot3(frame.light_u, frame.light_u), dot3(frame.light_v, frame.light_v));
-    let away = frame.light_corner - origin;
-    if dot3(away, away) > shorter * 64.0 {
+    let away = from_light(origin);
+    if dot3(away, away) > light_shorter_squared() * 64.0 {
         return max(cubature(polygon, up, towards), 0.0);
     }
-    // Seen from the front, the corners run clockwise: the sum is negative there.
-    let sign = select(1.0, -1.0, dot3(frame.light_cross, origin - frame.light_corner) > 0.0);
+    // Seen from in front, the corners run clockwise: the sum is negative there.
+    let sign = select(1.0, -1.0, light_side(origin) > 0.0);
     return max(lambert(polygon, up) * sign, 0.0);
 }

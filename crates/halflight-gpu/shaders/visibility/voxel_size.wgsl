@@ -6,8 +6,6 @@ override BITS: u32 = 128u;
 override BIAS: f32 = 1.0;
 // Number of triangles of the scene.
 override TRIANGLES: u32 = 0u;
-// Number of words before the first voxel.
-override HEAD: u32 = 8u;
 
 // Rows of a band of a large triangle.
 const BAND: u32 = 16u;

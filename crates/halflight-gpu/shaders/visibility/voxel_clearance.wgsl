@@ -1,20 +1,13 @@
-// Computes the distance before a light's plane at which rays end, once per light: a voxel's width, so that
-// the light's mounting surface does not stop them.
-//@ needs visibility/voxel_space
+// How far rays to a light end before its plane: a voxel's width, so that what it is mounted on does not stop them.
+//@ needs shared/light visibility/voxel_space
 //@ writes voxels
 
 @compute @workgroup_size(1)
 fn find_clearance() {
     let range = depth_range(atomicLoad(&voxels[NEAR]), atomicLoad(&voxels[FAR]), atomicLoad(&voxels[DEEPEST]));
-    let corner = frame.light_corner;
-    let opposite = corner + frame.light_u + frame.light_v;
-    var points = array(
-        corner,
-        corner + frame.light_u,
-        opposite,
-        corner + frame.light_v,
-        (corner + opposite) * 0.5,
-    );
+    var corners = light_corners();
+    let middle = (corners[0] + corners[2]) * 0.5;
+    var points = array(corners[0], corners[1], corners[2], corners[3], middle);
     var width = 0.0;
     for (var point = 0u; point < 5u; point++) {
         if range.x < range.y && holds(place(points[point]), range) {

@@ -10,7 +10,7 @@ fn count_triangles(here: Lane) {
     if triangle >= TRIANGLES {
         return;
     }
-    for (var side = 0u; side < SIDES; side++) {
+    for (var side = 0u; side < frame.sides; side++) {
         let rectangle = triangle_rectangle(triangle, side);
         let number = side * TRIANGLES + triangle;
         rectangles[number] = vec4(rectangle.low, rectangle.high);

@@ -12,7 +12,7 @@ fn lay_out(here: Lane) {
         let origin = receiver_at(pixel).origin;
         let side = side_of(origin);
         let p = local(origin, side);
-        if side < SIDES && is_projected(p) {
+        if side < frame.sides && is_projected(p) {
             let place = squeezed(slope(p, 0.0));
             atomicMax(&ends[4u * side], ~sortable(place.x));
             atomicMax(&ends[4u * side + 1u], ~sortable(place.y));

@@ -32,7 +32,11 @@ const FAR: u32 = 1u;
 const DEEPEST: u32 = 2u;
 const LIGHTS: u32 = 4u;
 
-// Number of words per texel.
+fn first_voxel() -> u32 {
+    return LIGHTS + frame.lights;
+}
+
+// Words of a texel.
 fn texel_words() -> u32 {
     return 2u * ((BITS + 63u) / 64u);
 }

@@ -14,7 +14,7 @@ var<workgroup> sums: array<vec2<u32>, 256>;
 @compute @workgroup_size(256)
 fn scan(@builtin(local_invocation_index) lane: u32) {
     let is_receivers = RECEIVERS == 1u;
-    let count = select(SIDES * CELLS, finest_cells(), is_receivers);
+    let count = select(frame.sides * CELLS, finest_cells(), is_receivers);
     let first = select(TRIANGLE_ENDS, receiver_ends(), is_receivers);
     let run = (count + 255u) / 256u;
     let begin = min(lane * run, count);

@@ -1,7 +1,6 @@
-// Classifies the surface discontinuities to the right and lower neighbour, per pixel: from the G-buffer to
-// flags, for one light. Discontinuities are silhouettes, depth discontinuities, concave creases and, for
-// small error targets, sharp convex edges.
-//@ needs shared/discontinuities shared/tangent_plane
+// Silhouettes, steps, concave creases and, for small error targets, sharp edges between neighbouring pixels, as one light has
+// them.
+//@ needs shared/discontinuities shared/light shared/tangent_plane
 //@ writes discontinuities
 
 // Height in pixels above which a depth discontinuity separates unrelated surfaces.
@@ -66,12 +65,7 @@ fn between(a: u32, b: u32) -> u32 {
     return select(STEP, SHADES, hides(a, b) || hides(b, a));
 }
 
-fn light_corners() -> array<vec3<f32>, 4> {
-    let a = frame.light_corner;
-    return array(a, a + frame.light_u, a + frame.light_u + frame.light_v, a + frame.light_v);
-}
-
-// Side of a pixel's tangent plane on which the light lies.
+// Which side of a pixel's plane the light is on.
 fn side(pixel: u32) -> u32 {
     var corners = light_corners();
     let point = position[pixel].xyz;

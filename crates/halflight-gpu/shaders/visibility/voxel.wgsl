@@ -23,8 +23,8 @@ fn is_hidden(receiver: Receiver, at: vec2<f32>, end: vec3<f32>) -> bool {
     let rounding = max(max(coordinates.x, coordinates.y), coordinates.z) * ROUNDING;
     let bias = BIAS * width_along(receiver.origin, receiver.normal, range) + rounding;
     let start = receiver.origin + receiver.normal * bias;
-    // A receiver close to the light's plane must not end up behind the offset light.
-    let height = dot3(frame.light_normal, receiver.origin - frame.light_corner);
+    // A receiver close to the light's plane must not end up behind it.
+    let height = dot3(frame.light_normal, from_light(receiver.origin));
     let clearance = min(bitcast<f32>(grid[LIGHTS + frame.light]), abs(height) * 0.5);
     let lift = select(clearance, -clearance, height < 0.0);
     let light = space.lights[frame.light];
@@ -42,7 +42,7 @@ fn slice_at(depth: f32, range: vec2<f32>) -> f32 {
 
 // True if any voxel of a texel is set between two slices, both included.
 fn is_set(texel: u32, low: u32, high: u32) -> bool {
-    let first = HEAD + texel * texel_words();
+    let first = first_voxel() + texel * texel_words();
     var bits = 0u;
     for (var word = low / 32u; word <= high / 32u; word++) {
         let after = NONE << (max(low, word * 32u) - word * 32u);

@@ -34,7 +34,7 @@ fn cell_of(pixel: u32) -> u32 {
     let origin = receiver_at(pixel).origin;
     let side = side_of(origin);
     let p = local(origin, side);
-    if side >= SIDES || !is_projected(p) {
+    if side >= frame.sides || !is_projected(p) {
         return NONE;
     }
     let at = cell_at(squeezed(slope(p, 0.0)), bounds(side));

@@ -1,41 +1,54 @@
-//! A program on a device: its pipeline, and what is bound to it.
+//! Programs on a device: their pipelines and bindings.
 
 use std::num::NonZeroU64;
+use std::sync::{Mutex, PoisonError};
 
-use crate::GpuError;
+use halflight_cpu::irradiance::Shading;
+
 use crate::bindings::{Access, Slot};
 use crate::buffers::Buffers;
-use crate::error::caught;
+use crate::error::{GpuError, caught};
 use crate::frame::Frame;
-use crate::programs::Program;
+use crate::program::Program;
 use crate::shader::{Replaced, Shader};
 
-/// Compiles programs for a device.
+/// Compiler of programs for a device.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Compiler<'a> {
     pub(crate) device: &'a wgpu::Device,
-    /// Modules that others take the place of.
+    /// Modules from outside, by the names of those that they replace.
     pub(crate) replaced: &'a Replaced<'a>,
 }
 
-/// What a program binds.
+/// Returns an override constant that is true or false.
+pub(crate) fn flag(value: bool) -> f64 {
+    if value { 1.0 } else { 0.0 }
+}
+
+/// Returns the override constant of a shading.
+pub(crate) fn shading_flag(shading: Shading) -> (&'static str, f64) {
+    ("SHADING", flag(shading == Shading::Ratio))
+}
+
+/// Bindings of a program.
 #[derive(Debug)]
 pub(crate) struct Bindings {
     name: &'static str,
     layout: wgpu::BindGroupLayout,
     slots: Vec<(Slot, Access)>,
+    /// Bind group of the last buffers, and their generation.
+    bound: Mutex<Option<(u64, wgpu::BindGroup)>>,
 }
 
 /// A compute program, ready to be dispatched.
 #[derive(Debug)]
-pub(crate) struct Stage {
+pub(crate) struct Pass {
     pipeline: wgpu::ComputePipeline,
     bindings: Bindings,
-    bound: Option<wgpu::BindGroup>,
 }
 
 impl Compiler<'_> {
-    /// A program's pipeline, of its module and layout.
+    /// Makes the pipeline of a program from its module and layout.
     ///
     /// # Errors
     /// A shader cannot be read or compiled, or binds more than the device allows.
@@ -75,15 +88,16 @@ impl Compiler<'_> {
                 immediate_size: 0,
             });
             let pipeline = make(&module, &pipeline_layout);
-            Ok((pipeline, Bindings { name: program.name, layout, slots }))
+            let bound = Mutex::new(None);
+            Ok((pipeline, Bindings { name: program.name, layout, slots, bound }))
         })
     }
 
-    /// A compute program with its constants.
+    /// Compiles a compute program with its override constants.
     ///
     /// # Errors
     /// As [`Compiler::pipeline`].
-    pub(crate) fn stage(&self, program: Program, constants: &[(&str, f64)]) -> Result<Stage, GpuError> {
+    pub(crate) fn pass(&self, program: Program, constants: &[(&str, f64)]) -> Result<Pass, GpuError> {
         let (pipeline, bindings) =
             self.pipeline(&program, wgpu::ShaderStages::COMPUTE, |module, layout| {
                 self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -95,11 +109,11 @@ impl Compiler<'_> {
                     cache: None,
                 })
             })?;
-        Ok(Stage { pipeline, bindings, bound: None })
+        Ok(Pass { pipeline, bindings })
     }
 }
 
-/// Checks that a device lets a stage bind so many storage buffers.
+/// Checks that a device allows this many storage buffers in a program.
 fn check_bindings(
     device: &wgpu::Device,
     what: &'static str,
@@ -115,8 +129,17 @@ fn check_bindings(
 }
 
 impl Bindings {
-    /// Binds what the program asks for; `given` are textures of the caller's.
-    pub(crate) fn bind(
+    /// Returns the bind group of `buffers`, which is made once for as long as these last.
+    pub(crate) fn group(&self, device: &wgpu::Device, buffers: &Buffers) -> wgpu::BindGroup {
+        let mut bound = self.bound.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*bound {
+            Some((generation, group)) if *generation == buffers.generation => group.clone(),
+            _ => bound.insert((buffers.generation, self.bind(device, buffers, &[]))).1.clone(),
+        }
+    }
+
+    /// Makes a bind group; `given` are textures of the caller's.
+    fn bind(
         &self,
         device: &wgpu::Device,
         buffers: &Buffers,
@@ -148,30 +171,27 @@ impl Bindings {
     }
 }
 
-impl Stage {
-    /// Binds buffers that are new.
-    pub(crate) fn bind(&mut self, device: &wgpu::Device, buffers: &Buffers) {
-        self.bound = Some(self.bindings.bind(device, buffers, &[]));
-    }
-
-    /// Binds buffers and textures of the caller's.
-    pub(crate) fn bind_given(
-        &mut self,
-        device: &wgpu::Device,
-        buffers: &Buffers,
-        given: &[(Slot, &wgpu::TextureView)],
-    ) {
-        self.bound = Some(self.bindings.bind(device, buffers, given));
-    }
-
-    /// Its name.
+impl Pass {
+    /// Returns the name of the program.
     pub(crate) fn name(&self) -> &'static str {
         self.bindings.name
     }
 
-    /// Makes it what is dispatched next; `frame` is where its uniform begins.
-    pub(crate) fn set(&self, compute: &mut wgpu::ComputePass, frame: u32) {
+    /// Sets pipeline and bindings for the next dispatch; `frame` is the offset of the uniform in bytes, `given` are textures
+    /// of the caller's.
+    pub(crate) fn set(
+        &self,
+        compute: &mut wgpu::ComputePass,
+        device: &wgpu::Device,
+        buffers: &Buffers,
+        frame: u32,
+        given: &[(Slot, &wgpu::TextureView)],
+    ) {
+        let group = match given {
+            [] => self.bindings.group(device, buffers),
+            _ => self.bindings.bind(device, buffers, given),
+        };
         compute.set_pipeline(&self.pipeline);
-        compute.set_bind_group(0, self.bound.as_ref(), &[frame]);
+        compute.set_bind_group(0, &group, &[frame]);
     }
 }

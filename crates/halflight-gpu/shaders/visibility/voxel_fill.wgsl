@@ -139,7 +139,7 @@ fn slices(depths: vec2<f32>, range: vec2<f32>) -> vec2<u32> {
 }
 
 fn set_slices(texel: u32, ends: vec2<u32>) {
-    let first = HEAD + texel * texel_words();
+    let first = first_voxel() + texel * texel_words();
     for (var word = ends.x / 32u; word <= ends.y / 32u; word++) {
         let after = NONE << (max(ends.x, word * 32u) - word * 32u);
         let until = NONE >> (31u - min(ends.y - word * 32u, 31u));

@@ -1,0 +1,57 @@
+//! Shape of the lights: the one file here that reads their edges. Its twin in shaders is `shared/light.wgsl`.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use halflight_core::light::AreaLight;
+use halflight_cpu::voxel::{Frustum, turned};
+
+use crate::frame::Frame;
+
+/// Twin of `TurnedLight` in `shaders/visibility/voxel_space.wgsl`: a light in the coordinates of voxels.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct TurnedLight {
+    pub(crate) corner: [f32; 4],
+    pub(crate) u: [f32; 4],
+    pub(crate) v: [f32; 4],
+    pub(crate) normal: [f32; 4],
+}
+
+impl TurnedLight {
+    /// Returns a light in the coordinates of a frustum.
+    pub(crate) fn new(frustum: &Frustum, light: &AreaLight) -> Self {
+        let AreaLight { corner, edge_u, edge_v, .. } = turned(frustum, light);
+        let normal = frustum.turn(light.normal().as_dvec3()).as_vec3();
+        let [corner, u, v, normal] = [corner, edge_u, edge_v, normal].map(|v| v.extend(0.0).to_array());
+        Self { corner, u, v, normal }
+    }
+}
+
+impl Frame {
+    /// Returns the uniform of one light.
+    pub(crate) fn with_light(self, number: u32, light: &AreaLight) -> Self {
+        Self {
+            light_corner: light.corner.to_array(),
+            light_area: light.area(),
+            light_u: light.edge_u.to_array(),
+            light_v: light.edge_v.to_array(),
+            light_cross: Vec3::cross(light.edge_u, light.edge_v).to_array(),
+            light_normal: light.normal().to_array(),
+            two_sided: u32::from(light.two_sided),
+            radiance: light.radiance.to_array(),
+            light: number,
+            ..self
+        }
+    }
+}
+
+/// Returns the depth of the deepest point of any light along a direction, seen from `eye`.
+pub(crate) fn deepest(lights: &[AreaLight], eye: Vec3, forward: Vec3) -> f32 {
+    let corners = lights.iter().flat_map(AreaLight::corners);
+    corners.map(|point| forward.dot(point - eye)).fold(f32::NEG_INFINITY, f32::max)
+}
+
+/// Returns the number of sides that lights shine to: 2 where any of them is two-sided.
+pub(crate) fn sides(lights: &[AreaLight]) -> u32 {
+    if lights.iter().any(|light| light.two_sided) { 2 } else { 1 }
+}

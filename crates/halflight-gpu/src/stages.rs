@@ -1,0 +1,91 @@
+//! Order of the stages on the GPU: the one place that states it.
+
+use halflight_core::light::AreaLight;
+use halflight_core::pattern::Pattern;
+use halflight_cpu::config::PipelineConfig;
+use halflight_cpu::pipeline::{MAX_SIZE, PipelineError};
+
+use crate::compose::Compose;
+use crate::error::GpuError;
+use crate::gbuffer::{Gbuffer, Surfaces};
+use crate::needs::Needs;
+use crate::pass::Compiler;
+use crate::recorder::Recorder;
+use crate::refine::{Refiner, Tracer, refiner};
+use crate::stats;
+use crate::upsample::Upsample;
+use crate::visibility::backend;
+
+/// All stages of a configuration.
+#[derive(Debug)]
+pub(crate) struct Stages {
+    gbuffer: Gbuffer,
+    pub(crate) refiner: Box<dyn Refiner>,
+    pub(crate) tracer: Tracer,
+    upsample: Upsample,
+    compose: Compose,
+}
+
+impl Stages {
+    /// Compiles the stages for a scene of so many triangles.
+    ///
+    /// # Errors
+    /// A stage does not exist on the GPU, or a shader cannot be read or compiled.
+    pub(crate) fn new(
+        compiler: &Compiler,
+        triangles: usize,
+        config: &PipelineConfig,
+    ) -> Result<Self, GpuError> {
+        let refiner = refiner(compiler, config)?;
+        let upsample = Upsample::new(compiler, config)?;
+        let visibility = backend(compiler, triangles, config)?;
+        Ok(Self {
+            gbuffer: Gbuffer::new(compiler)?,
+            refiner,
+            tracer: Tracer::new(compiler, visibility, config.shading)?,
+            upsample,
+            compose: Compose::new(compiler, config.shading)?,
+        })
+    }
+
+    /// Returns the needs of all stages for an image of a size.
+    ///
+    /// # Errors
+    /// The image has no pixels or too many.
+    pub(crate) fn needs(
+        &self,
+        width: u32,
+        height: u32,
+        pattern: Pattern,
+        lights: &[AreaLight],
+    ) -> Result<Needs, GpuError> {
+        if !(1..=MAX_SIZE).contains(&width) || !(1..=MAX_SIZE).contains(&height) {
+            return Err(PipelineError::Size { width, height }.into());
+        }
+        let mut needs = Needs::new(width, height, lights.len() as u32 * self.refiner.uniforms());
+        stats::declare(&mut needs);
+        Recorder::declare(&mut needs);
+        Gbuffer::declare(&mut needs);
+        self.refiner.declare(&mut needs, pattern);
+        self.tracer.visibility.declare(&mut needs, lights);
+        self.upsample.declare(&mut needs);
+        Compose::declare(&mut needs);
+        Ok(needs)
+    }
+
+    /// Records all stages of a frame, in their order; `vertices` is the number of corners to rasterize.
+    pub(crate) fn record(&self, recorder: &mut Recorder, surfaces: &Surfaces, vertices: u32) {
+        self.gbuffer.record(recorder, surfaces, vertices);
+        self.refiner.prepare(recorder);
+        let uniforms = self.refiner.uniforms();
+        self.tracer.visibility.prepare(recorder, uniforms);
+        for light in 0..recorder.lights.len() as u32 {
+            let first = light * uniforms;
+            self.tracer.visibility.start(recorder, first);
+            self.refiner.record(recorder, &self.tracer, first);
+            self.upsample.record(recorder, first, self.refiner.coarsest());
+            self.compose.record(recorder, first);
+        }
+        self.refiner.finish(recorder);
+    }
+}
