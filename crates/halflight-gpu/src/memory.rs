@@ -4,8 +4,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::error::GpuError;
 
-/// Least size of a buffer, bytes: something must be bound where there is nothing.
-const LEAST: u64 = 32;
+/// Least size of a buffer, bytes: something must be bound where there is nothing. A pixel of the image takes as much.
+const LEAST: u64 = 16;
+
+/// Contents of a buffer that has none: one element of any type.
+const NOTHING: [u8; 32] = [0; 32];
 
 /// A device, and how many bytes of buffers have been created on it.
 #[derive(Debug)]
@@ -68,7 +71,7 @@ impl Memory {
         bytes: &[u8],
         usage: wgpu::BufferUsages,
     ) -> Result<wgpu::Buffer, GpuError> {
-        let bytes = if bytes.is_empty() { &[0; LEAST as usize] } else { bytes };
+        let bytes = if bytes.is_empty() { &NOTHING } else { bytes };
         let buffer = self.create(label, bytes.len() as u64, usage, true);
         let view = buffer.get_mapped_range_mut(..);
         view.map_err(|error| GpuError::Memory(format!("{label}: {error}")))?.copy_from_slice(bytes);
