@@ -9,6 +9,7 @@ use halflight::irradiance::Shading;
 use halflight::pattern::{Pattern, PatternKind};
 use halflight::pyramid::Pyramid;
 use halflight::unshadowed::unshadowed_many;
+use halflight::values::Values;
 use halflight_benches::{scene, warm};
 
 fn bench(c: &mut Criterion) {
@@ -21,7 +22,7 @@ fn bench(c: &mut Criterion) {
         let pattern = Pattern::with_count(PatternKind::Jittered, 64).unwrap();
         let sharing = Sharing::Receiver;
         let frame = Frame { scene: &scene, gbuffer, pyramid: &pyramid, pattern, sharing, index: 0, seed: 0 };
-        let mut values = Vec::new();
+        let mut values = Values::default();
         group.bench_function(format!("samples/{refiner}"), |b| {
             b.iter(|| {
                 halflight::irradiance::evaluate(

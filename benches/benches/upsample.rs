@@ -8,6 +8,7 @@ use halflight::frame::{Frame, Sharing};
 use halflight::irradiance::{Shading, evaluate};
 use halflight::pattern::{Pattern, PatternKind};
 use halflight::pyramid::Pyramid;
+use halflight::values::Values;
 use halflight_benches::{scene, warm};
 
 fn bench(c: &mut Criterion) {
@@ -17,7 +18,7 @@ fn bench(c: &mut Criterion) {
     let pattern = Pattern::with_count(PatternKind::Jittered, 64).unwrap();
     let sharing = Sharing::Fragment;
     let frame = Frame { scene: &scene, gbuffer, pyramid: &pyramid, pattern, sharing, index: 0, seed: 0 };
-    let mut values = Vec::new();
+    let mut values = Values::default();
     evaluate(&frame, pipeline.fragments(), Shading::Ratio, &[], &mut values);
     let mut out = vec![0.0; gbuffer.pixels()];
     let mut group = c.benchmark_group("upsample");
@@ -25,7 +26,7 @@ fn bench(c: &mut Criterion) {
     for upsampler in UpsamplerConfig::all() {
         let mut stage = upsampler.stage(&RefinerConfig::default());
         group.bench_function(upsampler.name(), |b| {
-            b.iter(|| stage.upsample(&frame, pipeline.fragments(), &values, &mut out));
+            b.iter(|| stage.upsample(&frame, pipeline.fragments(), values.channel(0), &mut out));
         });
     }
     group.finish();

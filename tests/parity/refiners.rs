@@ -6,6 +6,7 @@ use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight::fragment::Fragments;
 use halflight::irradiance::Shading;
 use halflight::refine::{LatticeConfig, NicholsConfig, SfvtGassConfig};
+use halflight::values::Values;
 use halflight_gpu::Inside;
 
 use crate::device::Bench;
@@ -63,7 +64,7 @@ fn level_first(width: u32, height: u32, level: u32) -> u32 {
     (0..level).map(|level| width.div_ceil(1 << level) * height.div_ceil(1 << level)).sum()
 }
 
-fn cpu_cells(fragments: &Fragments, values: &[Option<f32>]) -> Cells {
+fn cpu_cells(fragments: &Fragments, values: &Values) -> Cells {
     let (width, height) = (fragments.width(), fragments.height());
     let mut owners = vec![u32::MAX; (width * height) as usize];
     let mut samples = Vec::new();
@@ -78,7 +79,7 @@ fn cpu_cells(fragments: &Fragments, values: &[Option<f32>]) -> Cells {
                 0 => (u32::from(cell.level), u32::from(cell.x), u32::from(cell.y)),
                 _ => (0, sample.pixel % width, sample.pixel / width),
             };
-            let value = values.get(index as usize).copied().flatten().unwrap_or(-1.0);
+            let value = values.get(0, index as usize).unwrap_or(-1.0);
             samples.push((key, ([sample.x, sample.y], value, sample.pixel)));
         }
     }
@@ -205,7 +206,7 @@ fn compare_lattice(
 ) -> (Differing<u32, u32>, Differing<Option<f32>, Option<f32>>) {
     let fragments = twins.cpu.fragments();
     let width = fragments.width();
-    let expected = cpu_cells(fragments, &[]);
+    let expected = cpu_cells(fragments, &Values::default());
     let owners: Vec<u32> = bench.read(twins.gpu.inside(Inside::Owners));
     let others = (0..owners.len())
         .filter(|&pixel| twins.cpu.gbuffer().is_receiver(pixel) && owners[pixel] != expected.owners[pixel])
@@ -217,7 +218,9 @@ fn compare_lattice(
     let known: HashSet<u32> = fragments.samples().iter().map(|sample| sample.pixel).collect();
     let mut differ: Vec<_> =
         asked.difference(&known).map(|&p| (p % width, p / width, None, Some(f32::NAN))).collect();
-    for (sample, value) in fragments.samples().iter().zip(values(twins, shading)) {
+    let values = values(twins, shading);
+    for (index, sample) in fragments.samples().iter().enumerate() {
+        let value = values.get(0, index);
         let (found, p) = (f32::from_bits(raw[sample.pixel as usize][2]), sample.pixel);
         let off = (found - value.unwrap_or(-1.0)).abs();
         let close = off <= 1e-5 * value.unwrap_or(0.0);

@@ -9,6 +9,7 @@ use halflight::irradiance::{self, Shading};
 use halflight::pattern::{Pattern, PatternKind};
 use halflight::pipeline::Pipeline;
 use halflight::pyramid::Pyramid;
+use halflight::values::Values;
 use halflight_gpu::{Gpu, Inputs, Renderer, Surfaces, shader_module};
 use halflight_tests::Stage;
 
@@ -36,7 +37,7 @@ pub(crate) fn full(width: u32, height: u32, shading: Shading) -> PipelineConfig 
 }
 
 /// Sample values of the CPU's last frame.
-pub(crate) fn values(twins: &Twins, shading: Shading) -> Vec<Option<f32>> {
+pub(crate) fn values(twins: &Twins, shading: Shading) -> Values {
     let gbuffer = twins.cpu.gbuffer();
     let frame = Frame {
         scene: &twins.stage.scene,
@@ -48,7 +49,7 @@ pub(crate) fn values(twins: &Twins, shading: Shading) -> Vec<Option<f32>> {
         index: 0,
         seed: 0,
     };
-    let mut values = Vec::new();
+    let mut values = Values::default();
     irradiance::evaluate(&frame, twins.cpu.fragments(), shading, &[], &mut values);
     values
 }

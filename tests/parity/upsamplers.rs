@@ -27,7 +27,8 @@ fn cpu_plane(twins: &Twins, config: &PipelineConfig) -> Vec<f32> {
     };
     let mut plane = vec![0.0; gbuffer.pixels()];
     let values = values(twins, config.shading);
-    config.upsampler.stage(&config.refiner).upsample(&frame, twins.cpu.fragments(), &values, &mut plane);
+    let (mut stage, fragments) = (config.upsampler.stage(&config.refiner), twins.cpu.fragments());
+    stage.upsample(&frame, fragments, values.channel(0), &mut plane);
     plane
 }
 

@@ -2,7 +2,8 @@
 //!
 //! This crate does no IO and starts no thread. A frame's data flows through its modules in this order: [`scene`] and
 //! [`light`] are seen in the [`gbuffer`], whose breaks the [`pyramid`] holds; a refiner ([`stages`]) asks for light
-//! [`mask`]s over a [`pattern`] of light samples and hands on [`fragment`]s; [`stats`] come back with the image.
+//! [`mask`]s over a [`pattern`] of light samples and hands on [`fragment`]s, whose samples have [`values`]; [`stats`] come back
+//! with the image.
 
 pub mod camera;
 pub mod certificate;
@@ -17,5 +18,6 @@ pub mod pyramid;
 pub mod scene;
 pub mod stages;
 pub mod stats;
+pub mod values;
 
 pub use glam;

@@ -10,6 +10,7 @@ use crate::mask::MaskBatch;
 use crate::pattern::Pattern;
 use crate::pyramid::MAX_LEVEL;
 use crate::stats::{CertificateCounts, VisibilityStats};
+use crate::values::Values;
 
 /// A combination of stages that cannot work.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -38,8 +39,8 @@ pub struct RefineOutput<'a> {
     /// Expected squared error of the light's irradiance, by luminance, summed over the image, (W/m²)²; none from refiners that
     /// do not aim at an error.
     pub expected_error: Option<f64>,
-    /// Visible fractions of the first samples, as the ratio estimator gives them, NaN where a sample has none; empty where
-    /// the refiner has computed none. They need not be computed again.
+    /// Visible fractions of the first samples, as the ratio estimator gives them, [`NO_VALUE`](crate::values::NO_VALUE) where a
+    /// sample has none; empty where the refiner has computed none. They need not be computed again.
     pub fractions: &'a [f32],
     /// Pixels by what was certified of their cells, from refiners that ask for certificates.
     pub certified: CertificateCounts,
@@ -128,11 +129,20 @@ pub trait Visibility: Send {
     }
 }
 
-/// Turns values at samples into one value a pixel.
+/// Turns values at samples into values at pixels.
 pub trait Upsampler: Send {
-    /// Writes `out`, one value a pixel, from `values`, one a sample of `fragments`. `None` is a value that does not
-    /// exist: the visible fraction of a light that lies below the sample's horizon. Pixels outside all cells get 0.
-    fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[Option<f32>], out: &mut [f32]);
+    /// Writes one channel: `out`, one value a pixel, from `values`, one a sample of `fragments` or
+    /// [`NO_VALUE`](crate::values::NO_VALUE). Every element of `out` is written; pixels outside all cells get 0.
+    fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[f32], out: &mut [f32]);
+
+    /// Writes all channels of `values`, into `out` one after another, each as [`upsample`](Self::upsample) would. By default
+    /// that is called for each; an upsampler may instead compute weights once for all.
+    fn upsample_channels(&mut self, frame: &Frame, fragments: &Fragments, values: &Values, out: &mut [f32]) {
+        let pixels = frame.gbuffer.pixels().max(1);
+        for (channel, out) in out.chunks_mut(pixels).enumerate() {
+            self.upsample(frame, fragments, values.channel(channel), out);
+        }
+    }
 
     /// Returns the bytes held in the stage's own buffers.
     fn bytes(&self) -> usize {

@@ -3,6 +3,7 @@
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::light::AreaLight;
+use halflight_core::values::Values;
 use rayon::prelude::*;
 
 use crate::irradiance::Shading;
@@ -25,13 +26,41 @@ pub(crate) fn luminance(rgb: Vec3) -> f32 {
     rgb.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// Adds one light's share to `image`: `plane` holds irradiance per unit radiance, or the visible fraction that the
-/// analytic irradiance is multiplied with. `totals`, where wanted, has been sized to the image.
+/// Adds one light's share to `image`: `planes` holds irradiance per unit radiance, or the visible fraction that the
+/// analytic irradiance is multiplied with. Three channels are factors of red, green and blue; otherwise the first is a factor of
+/// the whole radiance. `totals`, where wanted, has been sized to the image.
 pub(crate) fn add_light(
     gbuffer: &GBuffer,
     light: &AreaLight,
     shading: Shading,
-    plane: &[f32],
+    planes: &Values,
+    image: &mut [Vec3],
+    totals: Option<&mut Totals>,
+) {
+    let channel = |channel| planes.channel(channel);
+    match planes.channels() {
+        3 => add_planes(gbuffer, light, shading, [channel(0), channel(1), channel(2)], image, totals),
+        _ => add_planes(gbuffer, light, shading, [channel(0)], image, totals),
+    }
+}
+
+/// Radiance times one factor, or one for each of its channels, and the luminance of that.
+#[inline(always)]
+fn scaled<const N: usize>(radiance: Vec3, luminance_of_radiance: f32, factors: [f32; N]) -> (Vec3, f32) {
+    match factors[..] {
+        [red, green, blue] => {
+            let light = radiance * Vec3::new(red, green, blue);
+            (light, luminance(light))
+        }
+        _ => (radiance * factors[0], luminance_of_radiance * factors[0]),
+    }
+}
+
+fn add_planes<const N: usize>(
+    gbuffer: &GBuffer,
+    light: &AreaLight,
+    shading: Shading,
+    planes: [&[f32]; N],
     image: &mut [Vec3],
     totals: Option<&mut Totals>,
 ) {
@@ -39,31 +68,34 @@ pub(crate) fn add_light(
     let luminance = luminance(radiance);
     let needs_unshadowed = shading == Shading::Ratio || totals.is_some();
     let block = |first: usize, image: &mut [Vec3], totals: Option<(&mut [f32], &mut [f32])>| {
+        let pixels = first..first + image.len();
+        let planes = planes.map(|plane| &plane[pixels.clone()]);
         let mut irradiance = [0.0f32; BLOCK];
         // In the umbra it does not matter how much light there would be.
-        let dark = totals.is_none() && plane[first..first + image.len()].iter().all(|&value| value == 0.0);
+        let dark = totals.is_none() && planes.iter().all(|plane| plane.iter().all(|&value| value == 0.0));
         if dark {
             return;
         }
         if needs_unshadowed {
             // Where nothing is seen the normal is zero, and so is the irradiance.
-            let pixels = first..first + image.len();
             let (origins, normals) = (&gbuffer.position[pixels.clone()], &gbuffer.normal[pixels]);
             unshadowed_many(light, origins, normals, &mut irradiance[..image.len()]);
         }
+        let share = |lane: usize| {
+            let factors = planes.map(|plane| match shading {
+                Shading::Sampled => plane[lane],
+                Shading::Ratio => irradiance[lane] * plane[lane],
+            });
+            scaled(radiance, luminance, factors)
+        };
         if let Some((unshadowed, visible)) = totals {
             for lane in 0..image.len() {
-                let lit = match shading {
-                    Shading::Sampled => plane[first + lane],
-                    Shading::Ratio => irradiance[lane] * plane[first + lane],
-                };
                 unshadowed[lane] += luminance * irradiance[lane];
-                visible[lane] += luminance * lit;
+                visible[lane] += share(lane).1;
             }
         }
         for (lane, pixel) in image.iter_mut().enumerate() {
-            let value = plane[first + lane];
-            *pixel += radiance * if shading == Shading::Ratio { irradiance[lane] * value } else { value };
+            *pixel += share(lane).0;
         }
     };
     let image = image.par_chunks_mut(BLOCK).enumerate();
@@ -74,5 +106,98 @@ pub(crate) fn add_light(
             .for_each(|((index, image), (unshadowed, visible))| {
                 block(index * BLOCK, image, Some((unshadowed, visible)));
             }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WIDTH: u32 = 40;
+    const HEIGHT: u32 = 3;
+    const PIXELS: usize = (WIDTH * HEIGHT) as usize;
+
+    fn light() -> AreaLight {
+        AreaLight {
+            corner: Vec3::new(-1.0, 2.0, -1.0),
+            edge_u: Vec3::X,
+            edge_v: Vec3::Z,
+            radiance: Vec3::new(5.0, 3.0, 2.0),
+            two_sided: true,
+        }
+    }
+
+    fn floor() -> GBuffer {
+        let mut gbuffer = GBuffer::default();
+        gbuffer.reset(WIDTH, HEIGHT);
+        for pixel in 0..PIXELS {
+            gbuffer.position[pixel] = Vec3::new(0.05 * pixel as f32 - 2.0, 0.0, 0.0);
+            gbuffer.normal[pixel] = Vec3::Y;
+            gbuffer.primitive[pixel] = 0;
+        }
+        gbuffer
+    }
+
+    /// Planes of which `value` gives a channel's value at a pixel.
+    fn planes(channels: usize, value: impl Fn(usize, usize) -> f32) -> Values {
+        let mut planes = Values::default();
+        planes.reset(channels, PIXELS);
+        for channel in 0..channels {
+            for (pixel, place) in planes.channel_mut(channel).iter_mut().enumerate() {
+                *place = value(channel, pixel);
+            }
+        }
+        planes
+    }
+
+    fn composed(shading: Shading, planes: &Values) -> (Vec<Vec3>, Totals) {
+        let mut image = vec![Vec3::splat(0.25); PIXELS];
+        let mut totals = Totals { unshadowed: vec![0.0; PIXELS], visible: vec![0.0; PIXELS] };
+        add_light(&floor(), &light(), shading, planes, &mut image, Some(&mut totals));
+        let mut plain = vec![Vec3::splat(0.25); PIXELS];
+        add_light(&floor(), &light(), shading, planes, &mut plain, None);
+        assert_eq!(image, plain);
+        (image, totals)
+    }
+
+    /// Value of a pixel; the first block of pixels is dark.
+    fn ramp(pixel: usize) -> f32 {
+        if pixel < BLOCK { 0.0 } else { 0.005 * pixel as f32 }
+    }
+
+    #[test]
+    fn three_channels_are_factors_of_red_green_and_blue() {
+        for shading in [Shading::Sampled, Shading::Ratio] {
+            let (image, totals) =
+                composed(shading, &planes(3, |channel, pixel| channel as f32 * ramp(pixel)));
+            let (single, plain) = composed(shading, &planes(1, |_, pixel| ramp(pixel)));
+            assert_eq!(totals.unshadowed, plain.unshadowed);
+            for pixel in 0..PIXELS {
+                let light = single[pixel] - Vec3::splat(0.25);
+                assert!(pixel < BLOCK || light.min_element() > 0.0);
+                let expected = light * Vec3::new(0.0, 1.0, 2.0);
+                assert!(
+                    (image[pixel] - Vec3::splat(0.25)).abs_diff_eq(expected, 1e-5),
+                    "{shading:?} {pixel}"
+                );
+                assert!((totals.visible[pixel] - luminance(expected)).abs() < 1e-5, "{shading:?} {pixel}");
+            }
+        }
+    }
+
+    #[test]
+    fn one_channel_is_a_factor_of_the_radiance() {
+        for shading in [Shading::Sampled, Shading::Ratio] {
+            let (image, _) = composed(shading, &planes(1, |_, pixel| ramp(pixel)));
+            let gbuffer = floor();
+            let mut irradiance = [1.0; PIXELS];
+            if shading == Shading::Ratio {
+                unshadowed_many(&light(), &gbuffer.position, &gbuffer.normal, &mut irradiance);
+            }
+            for pixel in 0..PIXELS {
+                let expected = Vec3::splat(0.25) + light().radiance * (irradiance[pixel] * ramp(pixel));
+                assert_eq!(image[pixel], expected, "{shading:?} {pixel}");
+            }
+        }
     }
 }

@@ -5,6 +5,7 @@ use halflight_core::fragment::{Fragments, Sample};
 use halflight_core::frame::Frame;
 use halflight_core::light::AreaLight;
 use halflight_core::mask::MaskBatch;
+use halflight_core::values::{NO_VALUE, Values};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -145,14 +146,9 @@ pub fn fraction(light: &AreaLight, batch: &MaskBatch, query: usize) -> Option<f3
     }
 }
 
-/// Computes the value of every sample. `known` are the visible fractions of the first of them, NaN where there is none.
-pub fn evaluate(
-    frame: &Frame,
-    fragments: &Fragments,
-    shading: Shading,
-    known: &[f32],
-    values: &mut Vec<Option<f32>>,
-) {
+/// Computes the value of every sample, in one channel. `known` are the visible fractions of the first of them, [`NO_VALUE`] where
+/// there is none.
+pub fn evaluate(frame: &Frame, fragments: &Fragments, shading: Shading, known: &[f32], values: &mut Values) {
     let known = if shading == Shading::Ratio { known } else { &[] };
     let light = frame.light(fragments.light());
     let area = light.area();
@@ -174,9 +170,10 @@ pub fn evaluate(
             Shading::Ratio => sums(Needed::Both).fraction(),
         }
     };
-    let value = |(index, sample): (usize, &Sample)| match known.get(index) {
-        Some(&fraction) => (!fraction.is_nan()).then_some(fraction),
-        None => value(sample),
-    };
-    fragments.samples().par_iter().enumerate().with_min_len(256).map(value).collect_into_vec(values);
+    let samples = fragments.samples();
+    values.reset(1, samples.len());
+    let places = values.channel_mut(0).par_iter_mut().zip(samples).enumerate().with_min_len(256);
+    places.for_each(|(index, (place, sample))| {
+        *place = known.get(index).copied().unwrap_or_else(|| value(sample).unwrap_or(NO_VALUE));
+    });
 }

@@ -16,6 +16,7 @@ use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::{MeshError, Scene};
 use halflight_core::stages::{Refiner, Unsupported, Upsampler, Visibility};
 use halflight_core::stats::{FrameStats, RayCounts, VisibilityStats};
+use halflight_core::values::Values;
 
 use crate::beam::Beam;
 use crate::bvh::{Bvh, BvhError};
@@ -265,8 +266,10 @@ struct Buffers {
     gbuffer: GBuffer,
     pyramid: Pyramid,
     fragments: Fragments,
-    values: Vec<Option<f32>>,
-    plane: Vec<f32>,
+    /// Values of the samples.
+    values: Values,
+    /// Values of the pixels.
+    planes: Values,
     totals: Totals,
 }
 
@@ -445,7 +448,6 @@ impl State {
         (image.width, image.height) = (width, height);
         image.irradiance.clear();
         image.irradiance.resize(pixels, Vec3::ZERO);
-        buffers.plane.resize(pixels, 0.0);
         if builder.layers {
             image.level.clear();
             image.level.resize(pixels, u8::MAX);
@@ -481,12 +483,14 @@ impl State {
             let fragments = &buffers.fragments;
             irradiance::evaluate(&frame, fragments, builder.shading, refined.fractions, &mut buffers.values);
             stats.stages_ms.irradiance += lap(&mut clock);
-            upsampler.upsample(&frame, &buffers.fragments, &buffers.values, &mut buffers.plane);
+            buffers.planes.reset(buffers.values.channels(), pixels);
+            let planes = buffers.planes.all_mut();
+            upsampler.upsample_channels(&frame, &buffers.fragments, &buffers.values, planes);
             stats.stages_ms.upsample += lap(&mut clock);
 
             let totals = builder.layers.then_some(&mut buffers.totals);
             let shading = builder.shading;
-            compose::add_light(gbuffer, light, shading, &buffers.plane, &mut image.irradiance, totals);
+            compose::add_light(gbuffer, light, shading, &buffers.planes, &mut image.irradiance, totals);
             stats.stages_ms.compose += lap(&mut clock);
             for (total, count) in stats.fragments.per_level.iter_mut().zip(buffers.fragments.per_level()) {
                 *total += count;
@@ -532,8 +536,9 @@ impl Buffers {
         self.gbuffer.bytes()
             + self.pyramid.bytes()
             + self.fragments.bytes()
-            + self.values.capacity() * size_of::<Option<f32>>()
-            + (self.plane.capacity() + self.totals.unshadowed.capacity() + self.totals.visible.capacity()) * 4
+            + self.values.bytes()
+            + self.planes.bytes()
+            + (self.totals.unshadowed.capacity() + self.totals.visible.capacity()) * 4
     }
 }
 

@@ -78,11 +78,13 @@ impl Visibility for Counting {
 struct Flat;
 
 impl Upsampler for Flat {
-    fn upsample(&mut self, _frame: &Frame, fragments: &Fragments, values: &[Option<f32>], out: &mut [f32]) {
+    fn upsample(&mut self, _frame: &Frame, fragments: &Fragments, values: &[f32], out: &mut [f32]) {
         out.fill(0.0);
         let width = fragments.width();
         for cell in fragments.cells() {
-            let value = fragments.cell_samples(cell).first().and_then(|&sample| values[sample as usize]);
+            let value = fragments.cell_samples(cell).first().map(|&sample| values[sample as usize]);
+            // A value that does not exist is NaN.
+            let value = value.filter(|value| !value.is_nan());
             let (x0, y0, x1, y1) = cell.pixels(width, fragments.height());
             for y in y0..y1 {
                 out[(y * width + x0) as usize..(y * width + x1) as usize].fill(value.unwrap_or(0.0));

@@ -10,6 +10,7 @@ use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::Scene;
 use halflight_core::stages::{Refiner, Visibility};
+use halflight_core::values::Values;
 
 use super::representative::fragment_point;
 use super::sfvt_gass::Verdict;
@@ -330,9 +331,9 @@ fn fractions_that_are_known_are_those_of_the_masks() {
             let mut refiner = Lattice::new(config);
             let (fragments, _, known) = floor.refine_known(&mut refiner, seen);
             let values = |shading, known: &[f32]| {
-                let mut values = Vec::new();
+                let mut values = Values::default();
                 irradiance::evaluate(&floor.frame(), &fragments, shading, known, &mut values);
-                values
+                (0..values.len()).map(|sample| values.get(0, sample)).collect::<Vec<_>>()
             };
             let known = &known[..];
             assert!(known.iter().any(|fraction| fraction.is_nan()) && known.contains(&1.0));

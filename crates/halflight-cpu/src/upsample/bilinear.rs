@@ -3,6 +3,7 @@
 use halflight_core::fragment::{Cell, Fragments};
 use halflight_core::frame::Frame;
 use halflight_core::stages::Upsampler;
+use halflight_core::values::NO_VALUE;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -46,13 +47,13 @@ struct Level {
 
 #[derive(Clone, Copy, Debug)]
 struct Texel {
-    /// NaN where not computed.
+    /// [`NO_VALUE`] where not computed.
     value: f32,
     pixel: u32,
 }
 
 impl Texel {
-    const EMPTY: Self = Self { value: f32::NAN, pixel: NOWHERE };
+    const EMPTY: Self = Self { value: NO_VALUE, pixel: NOWHERE };
 }
 
 impl Bilinear {
@@ -63,7 +64,7 @@ impl Bilinear {
 }
 
 impl Upsampler for Bilinear {
-    fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[Option<f32>], out: &mut [f32]) {
+    fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[f32], out: &mut [f32]) {
         let Some(field) = Field::new(frame.gbuffer, fragments, values, &mut self.owners, out) else {
             out.fill(0.0);
             return;
@@ -172,7 +173,7 @@ impl Pass<'_> {
         let value = match (total > 0.0, plain_total > 0.0) {
             (true, _) => sum / total,
             (false, true) => plain / plain_total,
-            _ => f32::NAN,
+            _ => NO_VALUE,
         };
         Texel { value, pixel }
     }

@@ -59,7 +59,7 @@ impl Rows<'_> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Field<'a> {
     fragments: &'a Fragments,
-    values: &'a [Option<f32>],
+    values: &'a [f32],
     owners: &'a [u32],
     pub(super) width: u32,
     pub(super) height: u32,
@@ -73,7 +73,7 @@ impl<'a> Field<'a> {
     pub(super) fn new(
         gbuffer: &GBuffer,
         fragments: &'a Fragments,
-        values: &'a [Option<f32>],
+        values: &'a [f32],
         owners: &'a mut Vec<u32>,
         out: &[f32],
     ) -> Option<Self> {
@@ -87,7 +87,7 @@ impl<'a> Field<'a> {
             return None;
         }
         fragments.owners(owners);
-        let anything = values.iter().copied().flatten().find(|v| v.is_finite()).unwrap_or(0.0);
+        let anything = values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
         Some(Self { fragments, values, owners, width, height, anything })
     }
 
@@ -137,7 +137,7 @@ impl<'a> Field<'a> {
     /// Value of a sample, if defined.
     #[inline]
     pub(super) fn value(&self, index: u32) -> Option<f32> {
-        self.values.get(index as usize).copied().flatten().filter(|v| v.is_finite())
+        self.values.get(index as usize).copied().filter(|v| v.is_finite())
     }
 
     /// Calls `visit` with every cell that touches the frame of pixels `margin` outside `rect`, in a fixed

@@ -3,6 +3,7 @@
 use halflight_core::fragment::{Cell, Fragments};
 use halflight_core::frame::Frame;
 use halflight_core::stages::Upsampler;
+use halflight_core::values::NO_VALUE;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
@@ -68,7 +69,7 @@ impl HasPosition for Vertex {
 }
 
 impl Upsampler for Delaunay {
-    fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[Option<f32>], out: &mut [f32]) {
+    fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[f32], out: &mut [f32]) {
         let Some(field) = Field::new(frame.gbuffer, fragments, values, &mut self.owners, out) else {
             out.fill(0.0);
             return;
@@ -88,7 +89,7 @@ impl Upsampler for Delaunay {
 
         let band = field.width as usize * TILE as usize;
         out.par_chunks_mut(band).enumerate().for_each(|(index, pixels)| {
-            pixels.fill(f32::NAN);
+            pixels.fill(NO_VALUE);
             for &triangle in &self.order[self.bands[index] as usize..self.bands[index + 1] as usize] {
                 rasterize(&source, self.triangles[triangle as usize], index as u32 * TILE, pixels);
             }

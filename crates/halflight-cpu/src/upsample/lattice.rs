@@ -3,6 +3,7 @@
 use halflight_core::fragment::{Cell, Fragments};
 use halflight_core::frame::Frame;
 use halflight_core::stages::Upsampler;
+use halflight_core::values::NO_VALUE;
 use serde::{Deserialize, Serialize};
 
 use super::cells::{Field, Piece, Rows};
@@ -47,7 +48,7 @@ impl Lattice {
 }
 
 impl Upsampler for Lattice {
-    fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[Option<f32>], out: &mut [f32]) {
+    fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[f32], out: &mut [f32]) {
         let Some(field) = Field::new(frame.gbuffer, fragments, values, &mut self.owners, out) else {
             out.fill(0.0);
             return;
@@ -82,7 +83,7 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    /// Writes the pixels of a piece; NaN where no corner is usable.
+    /// Writes the pixels of a piece; [`NO_VALUE`] where no corner is usable.
     fn fill(&self, piece: &Piece, rows: &mut Rows) {
         let field = self.field;
         if piece.cell.level == 0
@@ -95,7 +96,7 @@ impl Pass<'_> {
         }
         let Some((corners, values)) = self.corner_values(piece.cell) else {
             for (x, y) in piece.rect.pixels() {
-                rows.set(field.pixel(x, y), f32::NAN);
+                rows.set(field.pixel(x, y), NO_VALUE);
             }
             return;
         };
@@ -131,13 +132,13 @@ impl Pass<'_> {
         let corners =
             Corners::new(field.width, field.height, cell.level, u32::from(cell.x), u32::from(cell.y));
         let samples = field.samples_of(cell);
-        let mut values = [f32::NAN; 4];
+        let mut values = [NO_VALUE; 4];
         for (value, pixel) in values.iter_mut().zip(corners.pixels()) {
             if !self.planes.is_receiver(pixel) {
                 continue;
             }
             let is_here = |&&index: &&u32| field.sample(index).is_some_and(|s| s.pixel as usize == pixel);
-            *value = field.value(*samples.iter().find(is_here)?).unwrap_or(f32::NAN);
+            *value = field.value(*samples.iter().find(is_here)?).unwrap_or(NO_VALUE);
         }
         Some((corners, values))
     }

@@ -4,8 +4,8 @@
 //! [`RbfRobust`], [`Delaunay`] and [`Lattice`] reproduce constants, stay within the bounds of their samples
 //! and respect surfaces.
 //!
-//! Rules for all: background pixels and pixels in no cell get 0. A value that is `None` is skipped, except by
-//! the papers' RBF, where it counts as 0. Arguments whose sizes disagree give an image of zeros.
+//! Rules for all: background pixels and pixels in no cell get 0. A sample without a value
+//! ([`NO_VALUE`](halflight_core::values::NO_VALUE)) is skipped, except by the papers' RBF, where it counts as 0. Arguments whose sizes disagree give an image of zeros.
 
 mod bilinear;
 mod cells;

@@ -93,7 +93,7 @@ impl RbfAdaptive {
 }
 
 impl Upsampler for RbfFixed {
-    fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[Option<f32>], out: &mut [f32]) {
+    fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[f32], out: &mut [f32]) {
         let RbfFixedConfig { variance, copied_level, reach } = self.config;
         let rule = Rule { copied_level, reach, variance: |_: &[Basis]| variance };
         run(frame, fragments, values, out, &mut self.owners, &rule);
@@ -105,7 +105,7 @@ impl Upsampler for RbfFixed {
 }
 
 impl Upsampler for RbfAdaptive {
-    fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[Option<f32>], out: &mut [f32]) {
+    fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[f32], out: &mut [f32]) {
         let RbfAdaptiveConfig { variance: factor, copied_level, reach } = self.config;
         let variance = move |chosen: &[Basis]| {
             let narrowest = chosen.iter().map(|basis| basis.level).fold(f32::INFINITY, f32::min).exp2();
@@ -228,7 +228,7 @@ impl Edges {
 fn run<V: Fn(&[Basis]) -> f32 + Sync>(
     frame: &Frame,
     fragments: &Fragments,
-    values: &[Option<f32>],
+    values: &[f32],
     out: &mut [f32],
     owners: &mut Vec<u32>,
     rule: &Rule<V>,

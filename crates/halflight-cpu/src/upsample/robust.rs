@@ -66,7 +66,7 @@ impl RbfRobust {
 }
 
 impl Upsampler for RbfRobust {
-    fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[Option<f32>], out: &mut [f32]) {
+    fn upsample(&mut self, frame: &Frame, fragments: &Fragments, values: &[f32], out: &mut [f32]) {
         let Some(field) = Field::new(frame.gbuffer, fragments, values, &mut self.owners, out) else {
             out.fill(0.0);
             return;
@@ -139,7 +139,7 @@ impl Default for Block {
 }
 
 impl Scratch {
-    /// Writes the pixels of a piece; with `rest` only those that are NaN so far.
+    /// Writes the pixels of a piece; with `rest` only those without a value so far.
     pub(super) fn fill(&mut self, source: &Source, fit: &Fit, piece: &Piece, rows: &mut Rows, rest: bool) {
         let field = source.field;
         if piece.cell.level == 0
@@ -200,8 +200,8 @@ impl Block {
         })
     }
 
-    /// Loads the pixels of a piece that see geometry, and writes 0 to the others; with `rest` only those that
-    /// are NaN.
+    /// Loads the pixels of a piece that see geometry, and writes 0 to the others; with `rest` only those
+    /// without a value.
     fn load(&mut self, source: &Source, piece: &Piece, rows: &mut Rows, rest: bool) {
         self.len = 0;
         for (x, y) in piece.rect.pixels() {

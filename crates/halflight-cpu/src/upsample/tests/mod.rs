@@ -6,12 +6,14 @@ use halflight_core::fragment::Fragments;
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::glam::Vec3;
 use halflight_core::stages::Upsampler;
+use halflight_core::values::{NO_VALUE, Values};
 use proptest::prelude::*;
 
 use super::*;
 use crate::tangent_plane::DiscontinuityLimits;
 use support::{
-    Plane, Random, WALL, all, corner_cells, planes, push_cell, quadtree, sample_at, upsample, values_by,
+    Plane, Random, WALL, all, corner_cells, planes, push_cell, quadtree, sample_at, upsample,
+    upsample_channels, values_by,
 };
 
 /// First pixel that is not `expected` within `tolerance`, with its value. Background must be exactly 0.
@@ -55,6 +57,12 @@ fn random_case(seed: u32, width: u32, height: u32) -> (GBuffer, Fragments) {
     (gbuffer, fragments)
 }
 
+/// Random values in 0 … 1, of which one in eight does not exist.
+fn some_values(fragments: &Fragments, random: &mut Random) -> Vec<f32> {
+    let mut value = |_: &_| if random.below(8) > 0 { random.unit() } else { NO_VALUE };
+    fragments.samples().iter().map(&mut value).collect()
+}
+
 fn ours() -> [(&'static str, Box<dyn Upsampler>); 4] {
     [
         ("bilinear", Box::new(Bilinear::default())),
@@ -81,10 +89,9 @@ proptest! {
     fn outputs_lie_within_the_samples_bounds(seed: u32, width in 1u32..150, height in 1u32..150) {
         let (gbuffer, fragments) = random_case(seed, width, height);
         let mut random = Random(seed);
-        let values: Vec<_> =
-            fragments.samples().iter().map(|_| (random.below(8) > 0).then(|| random.unit())).collect();
+        let values = some_values(&fragments, &mut random);
         // One value more than there are, so that images without any defined sample may be 0.
-        let known = || values.iter().flatten().copied();
+        let known = || values.iter().copied().filter(|value| !value.is_nan());
         let (low, high) = (known().fold(f32::INFINITY, f32::min), known().fold(0.0, f32::max));
         for (name, mut upsampler) in ours() {
             let out = upsample(&mut *upsampler, &gbuffer, &fragments, &values);
@@ -207,7 +214,7 @@ fn values_do_not_bleed_across_a_step_between_two_planes() {
             let (x, y) = (sample.pixel as usize % 96, sample.pixel as usize / 96);
             let quad =
                 [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| side((y - dy.min(y)) * 96 + x - dx.min(x)));
-            Some(if sample.level == 1 { quad.iter().sum::<f32>() / 4.0 } else { side(sample.pixel as usize) })
+            if sample.level == 1 { quad.iter().sum::<f32>() / 4.0 } else { side(sample.pixel as usize) }
         })
         .collect();
     let bleeding = |upsampler: &mut dyn Upsampler| {
@@ -229,7 +236,7 @@ fn values_do_not_bleed_across_a_step_between_two_planes() {
 fn thread_counts_do_not_matter() {
     let (gbuffer, fragments) = random_case(11, 333, 222);
     let mut random = Random(5);
-    let values: Vec<_> = fragments.samples().iter().map(|_| Some(random.unit())).collect();
+    let values: Vec<_> = fragments.samples().iter().map(|_| random.unit()).collect();
     let run = |threads: usize, index: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| upsample(&mut *all()[index].1, &gbuffer, &fragments, &values))
@@ -250,6 +257,30 @@ fn thread_counts_do_not_matter() {
 }
 
 #[test]
+fn channels_are_computed_as_if_each_were_alone() {
+    let bits = |plane: &[f32]| plane.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+    let (mixed, corners) = (random_case(7, 133, 102), corner_cells(70, 45, 4));
+    for (gbuffer, fragments) in [mixed, (planes(70, 45, |x, _| (x != 31).then_some(WALL)), corners)] {
+        let single = some_values(&fragments, &mut Random(9));
+        let mut values = Values::default();
+        values.reset(3, single.len());
+        for (channel, factor) in [1.0, 2.0, 3.0].into_iter().enumerate() {
+            for (value, single) in values.channel_mut(channel).iter_mut().zip(&single) {
+                *value = factor * single;
+            }
+        }
+        for (index, (name, mut upsampler)) in all().into_iter().enumerate() {
+            let out = upsample_channels(&mut *upsampler, &gbuffer, &fragments, &values);
+            assert!(out.channel(0).iter().any(|&value| value > 0.0), "{name}");
+            for channel in 0..3 {
+                let alone = upsample(&mut *all()[index].1, &gbuffer, &fragments, values.channel(channel));
+                assert_eq!(bits(out.channel(channel)), bits(&alone), "{name} {channel}");
+            }
+        }
+    }
+}
+
+#[test]
 fn samples_at_shared_corners_work() {
     let gbuffer = planes(70, 45, |x, _| (x != 31).then_some(WALL));
     let fragments = corner_cells(70, 45, 4);
@@ -262,7 +293,7 @@ fn samples_at_shared_corners_work() {
         if matches!(name, "rbf-robust" | "delaunay" | "lattice") {
             assert_eq!(first_outside(&gbuffer, &out, ramp(0.5, 0.5), ramp(69.5, 44.5)), None, "{name}");
             for (sample, value) in fragments.samples().iter().zip(&values) {
-                assert_eq!(Some(out[sample.pixel as usize]), *value, "{name}");
+                assert_eq!(out[sample.pixel as usize], *value, "{name}");
             }
         }
     }
@@ -309,15 +340,15 @@ fn cells_without_values_take_them_from_their_neighbours() {
     let gbuffer = planes(64, 64, |_, _| Some(WALL));
     let fragments = quadtree(64, 64, 3, true, &mut |_, _, _| false);
     let hidden = |x: f32, y: f32| (x - 20.0).abs() < 4.5 && (y - 20.0).abs() < 4.5;
-    let values: Vec<_> = fragments.samples().iter().map(|s| (!hidden(s.x, s.y)).then_some(0.5)).collect();
-    assert!(values.iter().any(Option::is_none));
+    let values = values_by(&fragments, |x, y| if hidden(x, y) { NO_VALUE } else { 0.5 });
+    assert!(values.iter().any(|value| value.is_nan()));
     for (name, mut upsampler) in ours() {
         let out = upsample(&mut *upsampler, &gbuffer, &fragments, &values);
         // At its coarsest level bilinear has no source, and leaves 0.
         let low = if name == "bilinear" { 0.0 } else { 0.5 };
         assert_eq!(first_outside(&gbuffer, &out, low, 0.5), None, "{name}");
     }
-    let none = vec![None; values.len()];
+    let none = vec![NO_VALUE; values.len()];
     for (name, mut upsampler) in all() {
         let out = upsample(&mut *upsampler, &gbuffer, &fragments, &none);
         assert!(out.iter().all(|&value| value == 0.0), "{name}");
@@ -348,11 +379,8 @@ fn a_pole_thinner_than_any_fragment_takes_its_mixture() {
     let gbuffer = planes(32, 32, |x, _| Some(if x == 20 { near } else { WALL }));
     let fragments = quadtree(32, 32, 4, true, &mut |level, x, _| level > 1 && x == 20 >> level);
     let mixed = |x: f32| (19.0..23.0).contains(&x);
-    let values: Vec<_> = fragments
-        .samples()
-        .iter()
-        .map(|s| Some(if s.level == 1 && mixed(s.x) { 0.5 } else { 0.0 }))
-        .collect();
+    let values: Vec<_> =
+        fragments.samples().iter().map(|s| if s.level == 1 && mixed(s.x) { 0.5 } else { 0.0 }).collect();
     let out = upsample(&mut RbfRobust::default(), &gbuffer, &fragments, &values);
     // No sample lies on the pole; the wall beside it must not be affected by the mixture.
     for y in 0..32 {

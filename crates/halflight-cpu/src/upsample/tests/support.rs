@@ -9,6 +9,7 @@ use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::Scene;
 use halflight_core::stages::Upsampler;
+use halflight_core::values::{NO_VALUE, Values};
 
 use crate::upsample::{Bilinear, Delaunay, Lattice, RbfAdaptive, RbfFixed, RbfRobust};
 
@@ -63,15 +64,10 @@ pub(super) fn planes(width: u32, height: u32, plane: impl Fn(u32, u32) -> Option
     gbuffer
 }
 
-/// Runs an upsampler on an image of NaNs, so that pixels it does not write are found.
-pub(super) fn upsample(
-    upsampler: &mut dyn Upsampler,
-    gbuffer: &GBuffer,
-    fragments: &Fragments,
-    values: &[Option<f32>],
-) -> Vec<f32> {
+/// Calls `run` with a frame of the default scene.
+fn with_frame(gbuffer: &GBuffer, run: impl FnOnce(&Frame)) {
     let (scene, pyramid) = (Scene::default(), Pyramid::default());
-    let frame = Frame {
+    run(&Frame {
         scene: &scene,
         gbuffer,
         pyramid: &pyramid,
@@ -79,9 +75,32 @@ pub(super) fn upsample(
         sharing: Sharing::Fragment,
         index: 0,
         seed: 0,
-    };
-    let mut out = vec![f32::NAN; gbuffer.pixels()];
-    upsampler.upsample(&frame, fragments, values, &mut out);
+    });
+}
+
+/// Runs an upsampler on an image of NaNs, so that pixels it does not write are found.
+pub(super) fn upsample(
+    upsampler: &mut dyn Upsampler,
+    gbuffer: &GBuffer,
+    fragments: &Fragments,
+    values: &[f32],
+) -> Vec<f32> {
+    let mut out = vec![NO_VALUE; gbuffer.pixels()];
+    with_frame(gbuffer, |frame| upsampler.upsample(frame, fragments, values, &mut out));
+    out
+}
+
+/// Runs an upsampler on all channels, on an image of NaNs.
+pub(super) fn upsample_channels(
+    upsampler: &mut dyn Upsampler,
+    gbuffer: &GBuffer,
+    fragments: &Fragments,
+    values: &Values,
+) -> Values {
+    let mut out = Values::default();
+    out.reset(values.channels(), gbuffer.pixels());
+    out.all_mut().fill(NO_VALUE);
+    with_frame(gbuffer, |frame| upsampler.upsample_channels(frame, fragments, values, out.all_mut()));
     out
 }
 
@@ -182,6 +201,6 @@ pub(super) fn corner_cells(width: u32, height: u32, level: u8) -> Fragments {
 }
 
 /// Values of all samples by a function of their position.
-pub(super) fn values_by(fragments: &Fragments, value: impl Fn(f32, f32) -> f32) -> Vec<Option<f32>> {
-    fragments.samples().iter().map(|sample| Some(value(sample.x, sample.y))).collect()
+pub(super) fn values_by(fragments: &Fragments, value: impl Fn(f32, f32) -> f32) -> Vec<f32> {
+    fragments.samples().iter().map(|sample| value(sample.x, sample.y)).collect()
 }
