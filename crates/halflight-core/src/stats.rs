@@ -96,6 +96,15 @@ pub struct CertificateCounts {
     pub traced: u64,
 }
 
+impl AddAssign for RayCounts {
+    fn add_assign(&mut self, other: Self) {
+        self.refine += other.refine;
+        self.last += other.last;
+        self.skipped += other.skipped;
+        self.total += other.total;
+    }
+}
+
 impl AddAssign for CertificateCounts {
     fn add_assign(&mut self, other: Self) {
         self.lit += other.lit;

@@ -18,6 +18,7 @@ pub mod prepared;
 pub mod pyramid;
 pub mod raster4d;
 pub mod refine;
+pub mod requests;
 mod samples;
 mod shaft;
 pub mod simd;

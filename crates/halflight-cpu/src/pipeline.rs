@@ -5,17 +5,15 @@ use std::time::Instant;
 
 use glam::Vec3;
 use halflight_core::camera::{Camera, CameraError};
-use halflight_core::certificate::{Certificate, Region};
 use halflight_core::fragment::{FragmentError, Fragments};
 use halflight_core::frame::{Frame, LightSampling};
 use halflight_core::gbuffer::{GBuffer, GBufferError};
 use halflight_core::light::{AreaLight, LightError};
-use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::{Pattern, PatternError};
 use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::{MeshError, Scene};
 use halflight_core::stages::{Refiner, Unsupported, Upsampler, Visibility};
-use halflight_core::stats::{FrameStats, RayCounts, VisibilityStats};
+use halflight_core::stats::{FrameStats, VisibilityStats};
 use halflight_core::values::Values;
 
 use crate::beam::Beam;
@@ -26,8 +24,9 @@ use crate::flush::{self, FlushLight};
 use crate::irradiance::{self, Shading};
 use crate::prepared::PreparedScene;
 use crate::raster4d::Raster4dError;
+use crate::requests::Requests;
 use crate::voxel::VoxelError;
-use crate::{gbuffer, horizon, pyramid, upsample};
+use crate::{gbuffer, pyramid, upsample};
 
 /// The widest and highest image: cells hold their place in 16 bits.
 pub const MAX_SIZE: u32 = 32_768;
@@ -459,24 +458,18 @@ impl State {
         let mut expected = Some(0.0);
         for (number, light) in (0..).zip(&scene.lights) {
             clock = Instant::now();
-            let before = stats.stages_ms.prove;
-            let mut watched = Watched {
-                inner: visibility.as_mut(),
-                light,
-                rays: &mut stats.rays,
-                ms: 0.0,
-                prove_ms: &mut stats.stages_ms.prove,
-                refusal: None,
-            };
+            let mut requests = Requests::new(visibility.as_mut());
             buffers.fragments.reset(width, height, number);
-            let refined = refiner.refine(&frame, number, &mut watched, &mut buffers.fragments);
-            let (traced_ms, refusal) = (watched.ms, watched.refusal);
+            let refined = refiner.refine(&frame, number, &mut requests, &mut buffers.fragments);
+            let Requests { rays, masks_ms, certify_ms, refusal, .. } = requests;
             if let Some(refusal) = refusal {
                 return Err(refusal.into());
             }
             buffers.fragments.validate(gbuffer)?;
-            stats.stages_ms.visibility += traced_ms;
-            stats.stages_ms.refine += lap(&mut clock) - traced_ms - (stats.stages_ms.prove - before);
+            stats.rays += rays;
+            stats.stages_ms.visibility += masks_ms;
+            stats.stages_ms.prove += certify_ms;
+            stats.stages_ms.refine += lap(&mut clock) - masks_ms - certify_ms;
             stats.proofs += refined.certified;
             expected = expected.zip(refined.expected_error).map(|(sum, error)| sum + error);
 
@@ -561,44 +554,5 @@ fn merge_levels(gbuffer: &GBuffer, fragments: &Fragments, levels: &mut [u8]) {
                 }
             }
         }
-    }
-}
-
-/// Stands between refiner and backend: culls what lies below a horizon, counts rays, measures time and refuses patterns
-/// that the backend cannot answer.
-struct Watched<'a> {
-    inner: &'a mut dyn Visibility,
-    light: &'a AreaLight,
-    rays: &'a mut RayCounts,
-    ms: f64,
-    prove_ms: &'a mut f64,
-    refusal: Option<Unsupported>,
-}
-
-impl Visibility for Watched<'_> {
-    fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
-        let start = Instant::now();
-        if let Err(refusal) = self.inner.supports(batch.pattern()) {
-            self.refusal.get_or_insert(refusal);
-            return;
-        }
-        let culled = horizon::cull(self.light, batch);
-        match batch.purpose() {
-            Purpose::Refine => self.rays.refine += culled.traced,
-            Purpose::Final => self.rays.last += culled.traced,
-        }
-        self.rays.skipped += culled.skipped;
-        self.inner.masks(frame, batch);
-        self.ms += start.elapsed().as_secs_f64() * 1e3;
-    }
-
-    fn supports(&self, pattern: Pattern) -> Result<(), Unsupported> {
-        self.inner.supports(pattern)
-    }
-
-    fn certify(&mut self, frame: &Frame, light: u32, regions: &[Region], proofs: &mut Vec<Certificate>) {
-        let start = Instant::now();
-        self.inner.certify(frame, light, regions, proofs);
-        *self.prove_ms += start.elapsed().as_secs_f64() * 1e3;
     }
 }

@@ -16,6 +16,7 @@ use super::representative::fragment_point;
 use super::sfvt_gass::Verdict;
 use super::*;
 use crate::irradiance::{self, Shading};
+use crate::requests::Requests;
 
 const SIXTEEN: Pattern = Pattern { kind: PatternKind::Grid, columns: 4, rows: 4 };
 
@@ -75,7 +76,10 @@ impl Floor {
         let mut fragments = Fragments::default();
         fragments.reset(self.gbuffer.width, self.gbuffer.height, 0);
         let mut painted = Painted { seen, rays: 0 };
-        let known = refiner.refine(&self.frame(), 0, &mut painted, &mut fragments).fractions.to_vec();
+        let known = refiner
+            .refine(&self.frame(), 0, &mut Requests::new(&mut painted), &mut fragments)
+            .fractions
+            .to_vec();
         fragments.validate(&self.gbuffer).unwrap();
         (fragments, painted.rays, known)
     }
@@ -89,8 +93,6 @@ struct Painted<F> {
 
 impl<F: Fn(u32, u32) -> u64 + Send> Visibility for Painted<F> {
     fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
-        // Horizon culling, as in the pipeline before a backend is called.
-        crate::horizon::cull(frame.light(batch.light()), batch);
         let words = batch.words();
         let (queries, wanted, visible) = batch.slots_mut();
         for (index, query) in queries.iter().enumerate() {

@@ -27,15 +27,14 @@ use halflight_cpu::irradiance::{Sums, query_sums};
 use halflight_cpu::pipeline::PipelineError;
 use halflight_cpu::prepared::PreparedScene;
 use halflight_cpu::refine::Full;
+use halflight_cpu::requests::Requests;
 use halflight_cpu::unshadowed::unshadowed;
 use halflight_metrics::{CompareError, Image, ImageError, WriteError, flicker, halves_noise};
 use rayon::prelude::*;
 
-use culled::Culled;
 use halflight_image::memory::{self, NotEnough};
 use state::State;
 
-mod culled;
 mod state;
 pub mod unlit;
 pub mod voxel_errors;
@@ -231,7 +230,7 @@ impl<'a> Tracer<'a> {
         let half = (state.passes % 2) as usize;
         for (number, light) in self.scene.lights.iter().enumerate() {
             self.fragments.reset(self.seen.width, self.seen.height, number as u32);
-            let mut rays = Culled { inner: &mut self.rays, light };
+            let mut rays = Requests::new(&mut self.rays);
             self.refiner.refine(&frame, number as u32, &mut rays, &mut self.fragments);
             let fragments = &self.fragments;
             let sums = fragments.samples().par_iter().map(|sample| {

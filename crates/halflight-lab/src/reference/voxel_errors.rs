@@ -15,7 +15,7 @@ use halflight_cpu::refine::Full;
 use halflight_cpu::voxel::error_map::{VoxelErrorCounts, segments, voxel_error_map};
 use halflight_cpu::voxel::{VoxelConfig, Voxels};
 
-use super::culled::Culled;
+use halflight_cpu::requests::Requests;
 
 /// Difference of visible fractions from ray tracing's beyond which a receiver is off.
 pub const OFF: f32 = 0.1;
@@ -89,7 +89,7 @@ pub fn failures(
 fn answers(frame: &Frame, light: u32, visibility: &mut dyn Visibility) -> Fragments {
     let mut fragments = Fragments::default();
     fragments.reset(frame.gbuffer.width, frame.gbuffer.height, light);
-    let mut culled = Culled { inner: visibility, light: frame.light(light) };
+    let mut culled = Requests::new(visibility);
     Full::default().refine(frame, light, &mut culled, &mut fragments);
     fragments
 }

@@ -1,0 +1,69 @@
+//! Requests of refiners to a visibility backend: the one place where masks are asked for.
+
+use std::time::Instant;
+
+use halflight_core::certificate::{Certificate, Region};
+use halflight_core::frame::Frame;
+use halflight_core::mask::{MaskBatch, Purpose};
+use halflight_core::pattern::Pattern;
+use halflight_core::stages::{Unsupported, Visibility};
+use halflight_core::stats::RayCounts;
+
+use crate::horizon;
+
+/// Backend that culls samples below a horizon before the backend behind it answers, counts rays, measures time and refuses
+/// patterns that the backend cannot answer.
+///
+/// Refiners that run outside a [`Pipeline`](crate::pipeline::Pipeline) are given one of these.
+pub struct Requests<'a> {
+    backend: &'a mut dyn Visibility,
+    /// Rays so far; `total` is left to the caller.
+    pub rays: RayCounts,
+    /// Time of masks so far, milliseconds.
+    pub masks_ms: f64,
+    /// Time of certificates so far, milliseconds.
+    pub certify_ms: f64,
+    /// First refusal; masks of a refused batch are left as they were.
+    pub refusal: Option<Unsupported>,
+}
+
+impl<'a> Requests<'a> {
+    /// Returns requests to a backend that is prepared for the frame.
+    pub fn new(backend: &'a mut dyn Visibility) -> Self {
+        Self { backend, rays: RayCounts::default(), masks_ms: 0.0, certify_ms: 0.0, refusal: None }
+    }
+}
+
+impl Visibility for Requests<'_> {
+    fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
+        let start = Instant::now();
+        if let Err(refusal) = self.backend.supports(batch.pattern()) {
+            self.refusal.get_or_insert(refusal);
+            return;
+        }
+        let culled = horizon::cull(frame.light(batch.light()), batch);
+        match batch.purpose() {
+            Purpose::Refine => self.rays.refine += culled.traced,
+            Purpose::Final => self.rays.last += culled.traced,
+        }
+        self.rays.skipped += culled.skipped;
+        self.backend.masks(frame, batch);
+        self.masks_ms += start.elapsed().as_secs_f64() * 1e3;
+    }
+
+    fn supports(&self, pattern: Pattern) -> Result<(), Unsupported> {
+        self.backend.supports(pattern)
+    }
+
+    fn certify(
+        &mut self,
+        frame: &Frame,
+        light: u32,
+        regions: &[Region],
+        certificates: &mut Vec<Certificate>,
+    ) {
+        let start = Instant::now();
+        self.backend.certify(frame, light, regions, certificates);
+        self.certify_ms += start.elapsed().as_secs_f64() * 1e3;
+    }
+}
