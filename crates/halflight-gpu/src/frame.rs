@@ -1,11 +1,10 @@
 //! The uniform that all shaders read.
 
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
 use halflight_core::camera::View;
 use halflight_core::frame::Sharing;
 use halflight_core::hash;
-use halflight_core::light::AreaLight;
+use halflight_core::light::{AreaLight, Parallelogram, Shape};
 use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::pyramid::MAX_LEVEL;
 use halflight_core::scene::Camera;
@@ -130,12 +129,13 @@ impl Frame {
 
     /// The same for one light.
     pub(crate) fn with_light(self, number: u32, light: &AreaLight, key: Key) -> Self {
+        let Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v }) = light.shape;
         Self {
-            light_corner: light.corner.to_array(),
+            light_corner: corner.to_array(),
             light_area: light.area(),
-            light_u: light.edge_u.to_array(),
-            light_v: light.edge_v.to_array(),
-            light_cross: Vec3::cross(light.edge_u, light.edge_v).to_array(),
+            light_u: edge_u.to_array(),
+            light_v: edge_v.to_array(),
+            light_cross: light.vector_area().to_array(),
             light_normal: light.normal().to_array(),
             two_sided: u32::from(light.two_sided),
             radiance: light.radiance.to_array(),

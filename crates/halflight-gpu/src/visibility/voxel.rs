@@ -3,7 +3,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use halflight_core::light::AreaLight;
+use halflight_core::light::{AreaLight, LightFrame};
 use halflight_core::scene::{Camera, Scene};
 use halflight_cpu::pipeline::PipelineError;
 use halflight_cpu::voxel::{Frustum, Traversal, VoxelConfig, turned};
@@ -146,9 +146,9 @@ impl Voxel {
         };
         let mut bytes = bytemuck::bytes_of(&space).to_vec();
         for light in &self.lights {
-            let AreaLight { corner, edge_u, edge_v, .. } = turned(frustum, light);
+            let LightFrame { origin, u, v } = turned(frustum, light).frame();
             let normal = frustum.turn(light.normal().as_dvec3()).as_vec3();
-            let light = [corner, edge_u, edge_v, normal].map(padded);
+            let light = [origin, u, v, normal].map(padded);
             bytes.extend_from_slice(bytemuck::cast_slice(&light));
         }
         bytes
