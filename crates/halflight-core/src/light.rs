@@ -168,7 +168,7 @@ impl AreaLight {
         self.vector_area().dot(point - self.frame().origin)
     }
 
-    /// Whether any light leaves towards `point`: always for a two-sided light, only in front of a one-sided one.
+    /// True if light leaves towards `point`: always for a two-sided light, only in front of a one-sided one.
     #[inline]
     pub fn emits_towards(&self, point: Vec3) -> bool {
         let side = self.side(point);

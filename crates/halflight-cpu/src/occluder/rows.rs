@@ -85,12 +85,12 @@ impl Plane {
 }
 
 impl Rows {
-    /// True if masks of this light and pattern can be computed by rows.
+    /// True if masks of a pattern on a light can be computed by rows.
     pub(crate) fn fit(pattern: Pattern, light: &AreaLight) -> bool {
         Self::fit_pattern(pattern) && light.strata_are_rectangles()
     }
 
-    /// True if masks of this pattern can be computed by rows where the light has any.
+    /// True if a pattern has few enough rows and columns, on a light on which rows are straight.
     pub(crate) fn fit_pattern(pattern: Pattern) -> bool {
         pattern.kind != PatternKind::Jittered
             && usize::from(pattern.columns) <= SIDE
