@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 use halflight::frame::LightSampling;
+use halflight::glam::Vec3;
 use halflight::pattern::PatternKind;
 use halflight::refine::LatticeConfig;
 use halflight_tests::{Stage, blocker_over_floor};
@@ -121,7 +122,7 @@ fn moving_lights_and_cameras_allocates_nothing_that_grows_with_the_mesh() {
     let (mut lights, mut camera) = (stage.scene.lights.clone(), stage.scene.camera);
     for _ in 0..10 {
         let before = LARGE_BYTES.load(Ordering::Relaxed);
-        lights.iter_mut().for_each(|light| light.corner.x += 0.01);
+        lights.iter_mut().for_each(|light| *light = light.moved(Vec3::X * 0.01));
         camera.eye.y += 0.01;
         pipeline.set_lights(&lights).unwrap();
         pipeline.set_camera(camera).unwrap();

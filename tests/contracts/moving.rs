@@ -17,7 +17,7 @@ fn config(visibility: VisibilityConfig) -> PipelineConfig {
 }
 
 fn lights(scene: &Scene) -> Vec<AreaLight> {
-    let moved = |light: &AreaLight| AreaLight { corner: light.corner + Vec3::new(0.3, -0.1, 0.2), ..*light };
+    let moved = |light: &AreaLight| light.moved(Vec3::new(0.3, -0.1, 0.2));
     scene.lights.iter().map(moved).chain(scene.lights.first().copied()).collect()
 }
 

@@ -86,8 +86,7 @@ fn receivers_at_the_plane_of_the_light_go_to_rays() {
     let Some(bench) = Bench::open() else { return };
     let mut scene = blocker_over_floor();
     // Light just above the floor, with a wall beside it that both sides of the light illuminate.
-    scene.lights[0].corner.y = 0.003;
-    scene.lights[0].two_sided = true;
+    scene.lights[0] = scene.lights[0].transformed(|p| p.with_y(0.003), |d| d).two_sided();
     let floor = (Vec3::new(-8.0, 0.0, -8.0), Vec3::X * 16.0, Vec3::Z * 16.0);
     scene.mesh = Arc::new(quads(&[floor, (Vec3::new(1.0, -0.1, -0.5), Vec3::Y, Vec3::Z)]));
     let mut twins = Twins::of(&bench, Stage::new(scene).unwrap(), &raster4d(), true);

@@ -52,9 +52,11 @@ fn check(bench: &Bench, renderer: &mut Renderer, scene: &Scene, config: &Pipelin
 
 /// The scene's light moved and dimmed, beside a two-sided one.
 fn two_lights(light: AreaLight) -> Vec<AreaLight> {
-    let first = AreaLight { corner: light.corner - Vec3::Y * 0.2, radiance: light.radiance * 0.5, ..light };
-    let corner = light.corner + Vec3::new(0.4, -0.3, 0.1);
-    vec![first, AreaLight { corner, edge_u: light.edge_u * 0.5, two_sided: true, ..light }]
+    let first = AreaLight { radiance: light.radiance * 0.5, ..light.moved(Vec3::Y * -0.2) };
+    let frame = light.frame();
+    let corner = frame.origin + Vec3::new(0.4, -0.3, 0.1);
+    let second = AreaLight::parallelogram(corner, frame.u * 0.5, frame.v, light.radiance).two_sided();
+    vec![first, second]
 }
 
 #[test]
@@ -87,8 +89,7 @@ fn lights_become_flush_and_stop_to_be() {
         let mut scene = Room { two_sided, ..Room::default() }.scene();
         let flush = scene.lights.clone();
         let config = full(32, 24, Shading::Ratio);
-        let away: Vec<AreaLight> =
-            flush.iter().map(|light| AreaLight { corner: light.corner - Vec3::Y * 0.3, ..*light }).collect();
+        let away: Vec<AreaLight> = flush.iter().map(|light| light.moved(Vec3::Y * -0.3)).collect();
         scene.lights = away.clone();
         let mut renderer = bench.renderer(&scene, &config).unwrap();
         assert_eq!(renderer.flush_lights().len(), 0);
@@ -145,7 +146,8 @@ fn changes_that_cannot_be_made_leave_the_renderer_as_it_was() {
         let mut renderer = bench.renderer(&scene, &config).unwrap();
         let expected = image(&bench, &mut renderer);
         let light = scene.lights[0];
-        let flat = AreaLight { edge_v: light.edge_u, ..light };
+        let edge = light.frame().u;
+        let flat = AreaLight::parallelogram(light.frame().origin, edge, edge, light.radiance);
         let faulty = AreaLight { radiance: Vec3::new(1.0, f32::NAN, 1.0), ..light };
         for (lights, word) in [(vec![], "light"), (vec![light, flat], "light 1"), (vec![faulty], "light 0")] {
             let error = renderer.set_lights(&lights).unwrap_err().to_string();

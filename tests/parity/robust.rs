@@ -2,9 +2,9 @@
 
 use halflight::camera::View;
 use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
-use halflight::glam::Vec4;
+use halflight::glam::{Vec3, Vec4};
 use halflight::irradiance::Shading;
-use halflight::light::AreaLight;
+use halflight::light::{AreaLight, LightFrame};
 use halflight::refine::LatticeConfig;
 use halflight::scene::{Mesh, Scene};
 use halflight_gpu::{GpuError, Inputs, Renderer, Surfaces, shader_module, wgpu};
@@ -58,12 +58,9 @@ fn frames_repeat_bit_for_bit_and_differ_by_number() {
 fn lights_are_summed() {
     let Some(bench) = Bench::open() else { return };
     let mut scene = blocker_over_floor();
-    let small = AreaLight {
-        corner: scene.lights[0].corner + halflight::glam::Vec3::new(2.0, 1.0, 0.0),
-        edge_u: halflight::glam::Vec3::X * 0.05,
-        two_sided: true,
-        ..scene.lights[0]
-    };
+    let LightFrame { origin, v, .. } = scene.lights[0].frame();
+    let (corner, u) = (origin + Vec3::new(2.0, 1.0, 0.0), Vec3::X * 0.05);
+    let small = AreaLight::parallelogram(corner, u, v, scene.lights[0].radiance).two_sided();
     scene.lights.push(small);
     let stage = Stage::new(scene).unwrap();
     for shading in [Shading::Ratio, Shading::Sampled] {

@@ -3,7 +3,6 @@
 use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 use halflight::frame::LightSampling;
 use halflight::irradiance::Shading;
-use halflight::light::AreaLight;
 use halflight::pattern::PatternKind;
 use halflight::refine::LatticeConfig;
 use halflight::scene::Scene;
@@ -99,12 +98,8 @@ fn small_targets_ask_along_edges() {
 fn with_second_light(stage: &Stage) -> Stage {
     let mut scene = Scene::clone(&stage.scene);
     let first = scene.lights[0];
-    scene.lights.push(AreaLight {
-        corner: first.corner + 2.0 * first.edge_u,
-        edge_u: 0.1 * first.edge_u,
-        edge_v: 0.1 * first.edge_v,
-        ..first
-    });
+    let offset = 2.0 * first.frame().u;
+    scene.lights.push(first.transformed(|corner| corner + offset, |edge| 0.1 * edge));
     Stage::new(scene).unwrap()
 }
 

@@ -250,7 +250,7 @@ impl March<'_> {
         let Frustum { near, far, side, bits, .. } = *self.frustum;
         let push = self.config.bias * self.frustum.width_along(query.origin, query.normal);
         let from = self.frustum.place(query.origin + query.normal * push);
-        let height = self.light.normal().dot(query.origin - self.light.corner);
+        let height = self.light.normal().dot(query.origin - self.light.frame().origin);
         let lift = self.clearance.min(height.abs() * 0.5).copysign(height);
         let to = turned(self.frustum, &self.light).point(sample).as_dvec3()
             + self.frustum.turn((self.light.normal() * lift).as_dvec3());

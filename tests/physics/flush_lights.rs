@@ -5,7 +5,6 @@ use halflight::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, V
 use halflight::flush::separate_lights;
 use halflight::frame::LightSampling;
 use halflight::glam::{DQuat, DVec3, Vec3};
-use halflight::light::AreaLight;
 use halflight::pattern::PatternKind;
 use halflight::scene::Camera;
 use halflight::unshadowed::unshadowed;
@@ -104,7 +103,7 @@ fn plates_before_a_lamp_hide_it() {
 #[test]
 fn lights_and_triangles_are_named() {
     let mut scene = Room { cover: 8.0, ..Room::default() }.scene();
-    scene.lights.insert(0, AreaLight { corner: Vec3::new(0.3, 1.0, 0.2), ..scene.lights[0] });
+    scene.lights.insert(0, scene.lights[0].transformed(|_| Vec3::new(0.3, 1.0, 0.2), |d| d));
     let bvh = Bvh::build(&scene.mesh).unwrap();
     for bvh in [Some(&bvh), None] {
         let (lights, flush) = separate_lights(&scene, bvh);

@@ -5,23 +5,24 @@ use halflight::config::{PipelineConfig, RefinerConfig};
 use halflight::frame::{LightSampling, Sharing};
 use halflight::glam::Vec3;
 use halflight::irradiance::Shading;
-use halflight::light::AreaLight;
+use halflight::light::{AreaLight, LightFrame};
 use halflight::pattern::PatternKind;
 use halflight::unshadowed::unshadowed;
 use halflight_tests::Stage;
 
 /// Irradiance (red) at a floor point: that of the part of the light right of the projected edge.
 fn exact(light: &AreaLight, point: Vec3, sheet: f32) -> f64 {
-    let height = light.corner.y;
+    let LightFrame { origin, u, v } = light.frame();
+    let height = origin.y;
     // The line from the point through the edge (0, sheet) meets the light's plane at this X.
     let cut = point.x - point.x / (sheet - point.y) * (height - point.y);
-    let low = cut.max(light.corner.x);
-    let high = light.corner.x + light.edge_u.x;
+    let low = cut.max(origin.x);
+    let high = origin.x + u.x;
     if low >= high {
         return 0.0;
     }
-    let corner = Vec3::new(low, light.corner.y, light.corner.z);
-    let visible = AreaLight { corner, edge_u: Vec3::X * (high - low), ..*light };
+    let visible = AreaLight::parallelogram(origin.with_x(low), Vec3::X * (high - low), v, light.radiance);
+    let visible = AreaLight { two_sided: light.two_sided, ..visible };
     f64::from(light.radiance.x) * f64::from(unshadowed(&visible, point, Vec3::Y))
 }
 

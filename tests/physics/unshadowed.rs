@@ -1,7 +1,7 @@
 //! Unshadowed irradiance `U` against adaptive quadrature in double precision.
 
 use halflight::glam::{DVec3, Vec3};
-use halflight::light::AreaLight;
+use halflight::light::{AreaLight, LightFrame};
 use halflight::unshadowed::unshadowed;
 
 /// Integral `∫ cosθx cosθy / r² dA` over the light by adaptive Gauss quadrature, with the integrand clipped
@@ -11,7 +11,8 @@ use halflight::unshadowed::unshadowed;
 /// line, so each piece is integrated separately and converges fast.
 fn quadrature(light: &AreaLight, origin: Vec3, normal: Vec3) -> f64 {
     let (o, n) = (origin.as_dvec3(), normal.as_dvec3());
-    let (corner, eu, ev) = (light.corner.as_dvec3(), light.edge_u.as_dvec3(), light.edge_v.as_dvec3());
+    let LightFrame { origin, u, v } = light.frame();
+    let [corner, eu, ev] = [origin, u, v].map(Vec3::as_dvec3);
     let facing = eu.cross(ev);
     let height = |p: DVec3| n.dot(p - o);
     let term = |p: DVec3| {
@@ -77,14 +78,7 @@ fn check(name: &str, light: &AreaLight, origin: Vec3, normal: Vec3) {
 }
 
 fn light(corner: [f32; 3], edge_u: [f32; 3], edge_v: [f32; 3]) -> AreaLight {
-    let radiance = Vec3::ONE;
-    AreaLight {
-        corner: corner.into(),
-        edge_u: edge_u.into(),
-        edge_v: edge_v.into(),
-        radiance,
-        two_sided: true,
-    }
+    AreaLight::parallelogram(corner.into(), edge_u.into(), edge_v.into(), Vec3::ONE).two_sided()
 }
 
 #[test]

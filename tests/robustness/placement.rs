@@ -3,6 +3,7 @@
 use halflight::config::{Named, PipelineConfig, RefinerConfig};
 use halflight::glam::Vec3;
 use halflight::irradiance::Shading;
+use halflight::light::AreaLight;
 use halflight::scene::Scene;
 use halflight_tests::{Stage, blocker_over_floor, nmse2, square_light};
 use std::sync::Arc;
@@ -18,9 +19,7 @@ fn transformed(scale: f32, offset: Vec3) -> Scene {
         *position = place(*position);
     }
     for light in &mut scene.lights {
-        light.corner = place(light.corner);
-        light.edge_u *= scale;
-        light.edge_v *= scale;
+        *light = light.transformed(place, |direction| direction * scale);
     }
     scene.camera.eye = place(scene.camera.eye);
     scene.camera.target = place(scene.camera.target);
@@ -78,7 +77,7 @@ fn sizes_beyond_the_range_are_refused() {
         change(&mut scene);
         Stage::new(scene).unwrap().render(&config).err().unwrap().to_string()
     };
-    let light = far(|scene| scene.lights[0].corner.y = 1e9);
+    let light = far(|scene| scene.lights[0] = scene.lights[0].moved(Vec3::Y * 1e9));
     assert!(light.contains("light 0 lies 1e8 m or more"), "{light}");
     let camera = far(|scene| scene.camera.eye.y = 1e9);
     assert!(camera.contains("1e8 m or more"), "{camera}");
@@ -89,9 +88,9 @@ fn lights_in_awkward_places_give_finite_images() {
     let lights = [
         ("touching the floor", square_light(Vec3::ZERO, 1.0)),
         ("through the floor", {
-            let mut light = square_light(Vec3::ZERO, 1.0);
-            light.edge_u = Vec3::new(0.7, 0.7, 0.0);
-            light
+            let light = square_light(Vec3::ZERO, 1.0);
+            let u = Vec3::new(0.7, 0.7, 0.0);
+            AreaLight::parallelogram(light.corners()[0], u, Vec3::Z, light.radiance)
         }),
         ("below the floor", square_light(Vec3::new(0.0, -2.0, 0.0), 1.0)),
         ("around the camera", square_light(Vec3::new(0.5, 3.0, 5.0), 0.2)),
@@ -101,7 +100,7 @@ fn lights_in_awkward_places_give_finite_images() {
     for (name, light) in lights {
         for two_sided in [false, true] {
             let mut scene = blocker_over_floor();
-            scene.lights = vec![halflight::light::AreaLight { two_sided, ..light }];
+            scene.lights = vec![AreaLight { two_sided, ..light }];
             let stage = Stage::new(scene).unwrap();
             for refiner in RefinerConfig::NAMES {
                 let config = config(RefinerConfig::named(refiner).unwrap());
@@ -119,7 +118,7 @@ fn lights_in_awkward_places_give_finite_images() {
 fn lights_add_up() {
     let full = config(RefinerConfig::Full);
     let (a, b) = (square_light(Vec3::new(-2.0, 4.0, 0.0), 1.0), square_light(Vec3::new(2.0, 3.0, 1.0), 0.5));
-    let image = |lights: &[halflight::light::AreaLight]| {
+    let image = |lights: &[AreaLight]| {
         let mut scene = blocker_over_floor();
         scene.lights = lights.to_vec();
         Stage::new(scene).unwrap().render(&full).unwrap()
@@ -127,7 +126,7 @@ fn lights_add_up() {
     let (first, both) = (image(&[a]), image(&[a, b]));
     // The samples of the second light depend on its index, so it is rendered as the second one, after a dark
     // first.
-    let dark = halflight::light::AreaLight { radiance: Vec3::ZERO, ..a };
+    let dark = AreaLight { radiance: Vec3::ZERO, ..a };
     let second = image(&[dark, b]);
     for pixel in 0..both.irradiance.len() {
         let (sum, found) = (first.irradiance[pixel] + second.irradiance[pixel], both.irradiance[pixel]);

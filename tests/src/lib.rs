@@ -92,13 +92,8 @@ pub fn blocker_over_floor() -> Scene {
 
 /// Square light that faces down, centred at a point.
 pub fn square_light(centre: Vec3, side: f32) -> AreaLight {
-    AreaLight {
-        corner: centre - Vec3::new(side, 0.0, side) * 0.5,
-        edge_u: Vec3::X * side,
-        edge_v: Vec3::Z * side,
-        radiance: Vec3::new(10.0, 9.0, 8.0),
-        two_sided: false,
-    }
+    let corner = centre - Vec3::new(side, 0.0, side) * 0.5;
+    AreaLight::parallelogram(corner, Vec3::X * side, Vec3::Z * side, Vec3::new(10.0, 9.0, 8.0))
 }
 
 /// Floor below a lamp of 1 × 1 m that is flush with a surface or hangs above one.
@@ -145,13 +140,9 @@ impl Room {
         let corners = square(0.0, 4.0).into_iter().chain(square(self.height - self.gap, self.cover * 0.5));
         mesh.positions = corners.map(rounded).collect();
         let [corner, u, v] = [DVec3::new(-0.5, self.height, -0.5), DVec3::X, DVec3::Z];
-        let light = AreaLight {
-            corner: place(corner).as_vec3(),
-            edge_u: (self.turn * u).as_vec3(),
-            edge_v: (self.turn * v).as_vec3(),
-            radiance: Vec3::splat(10.0),
-            two_sided: self.two_sided,
-        };
+        let (corner, [u, v]) = (place(corner).as_vec3(), [u, v].map(|edge| (self.turn * edge).as_vec3()));
+        let light = AreaLight::parallelogram(corner, u, v, Vec3::splat(10.0));
+        let light = AreaLight { two_sided: self.two_sided, ..light };
         let camera = Camera {
             eye: place(DVec3::new(0.0, 1.6, 3.6)).as_vec3(),
             target: place(DVec3::new(0.0, 0.0, 0.5)).as_vec3(),

@@ -36,7 +36,7 @@ pub(crate) fn run(args: &SceneArg) -> Outcome {
         writeln!(
             out,
             "light {index}    centre {}, towards {}, {:.3} m², radiance {} W/m²/sr{}",
-            light.corner + 0.5 * (light.edge_u + light.edge_v),
+            light.centre(),
             light.normal(),
             light.area(),
             light.radiance,

@@ -19,15 +19,15 @@ pub enum PatternKind {
 
 /// A stratified pattern of `columns * rows` samples.
 ///
-/// Sample `k` lies in column `k % columns` (along the light's `edge_u`) and row `k / columns` (along `edge_v`), and is
-/// bit `k` of every mask. Random placements come from the key a receiver asks with.
+/// Sample `k` lies in column `k % columns` (along the first coordinate of the unit square, see [`crate::light::AreaLight::point`])
+/// and row `k / columns` (along the second), and is bit `k` of every mask. Random placements come from the key a receiver asks with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Pattern {
     /// Placement inside the strata.
     pub kind: PatternKind,
-    /// Strata along `edge_u`.
+    /// Strata along the first coordinate.
     pub columns: u16,
-    /// Strata along `edge_v`.
+    /// Strata along the second coordinate.
     pub rows: u16,
 }
 

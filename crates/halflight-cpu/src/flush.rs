@@ -16,7 +16,7 @@
 use std::fmt;
 
 use glam::{DVec2, DVec3, Vec3};
-use halflight_core::light::AreaLight;
+use halflight_core::light::{AreaLight, LightFrame};
 use halflight_core::scene::{Mesh, Scene};
 
 use crate::bvh::Bvh;
@@ -82,10 +82,8 @@ fn separate_from(
             lights.push(*light);
             continue;
         };
-        let corners = light.corners();
         let around = (plane.size.max(f64::from(largest)) * FLUSH * 2.0) as f32;
-        let (low, high) =
-            corners.iter().fold((corners[0], corners[0]), |(low, high), &p| (low.min(p), high.max(p)));
+        let (low, high) = light.bounds();
         let mut triangles = candidates(low - around, high + around);
         triangles.sort_unstable();
         let (mut before, mut behind) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
@@ -103,11 +101,13 @@ fn separate_from(
             continue;
         }
         let [before, behind] = [before, behind].map(|height| (height + plane.slack()).max(0.0));
-        let moved = |by: f64| (light.corner.as_dvec3() + plane.normal * by).as_vec3();
-        lights.push(AreaLight { corner: moved(before), two_sided: false, ..*light });
+        let front = AreaLight { two_sided: false, ..*light };
+        let moved = |light: AreaLight, by: f64| {
+            light.transformed(|point| (point.as_dvec3() + plane.normal * by).as_vec3(), |direction| direction)
+        };
+        lights.push(moved(front, before));
         if light.two_sided {
-            let (edge_u, edge_v) = (light.edge_v, light.edge_u);
-            lights.push(AreaLight { corner: moved(-behind), edge_u, edge_v, two_sided: false, ..*light });
+            lights.push(moved(front.reversed(), -behind));
         }
         let moved = if light.two_sided { before.max(behind) } else { before } as f32;
         flush.push(FlushLight { light: number, triangles, moved });
@@ -115,7 +115,7 @@ fn separate_from(
     (lights, flush)
 }
 
-/// Plane of a light, with coordinates on it.
+/// Plane of a light, with the coordinates of its frame.
 struct Plane {
     corner: DVec3,
     normal: DVec3,
@@ -127,11 +127,12 @@ struct Plane {
 
 impl Plane {
     fn new(light: &AreaLight) -> Option<Self> {
-        let (u, v) = (light.edge_u.as_dvec3(), light.edge_v.as_dvec3());
+        let LightFrame { origin, u, v } = light.frame();
+        let (u, v) = (u.as_dvec3(), v.as_dvec3());
         let cross = u.cross(v);
         let size = light.corners().iter().fold(0.0f32, |most, p| most.max(p.abs().max_element()));
         Some(Self {
-            corner: light.corner.as_dvec3(),
+            corner: origin.as_dvec3(),
             normal: cross.try_normalize()?,
             dual: [v.cross(cross) / cross.length_squared(), cross.cross(u) / cross.length_squared()],
             size: f64::from(size),

@@ -1,7 +1,7 @@
 //! Positions of light samples, a vector of samples at a time.
 
 use glam::Vec3;
-use halflight_core::light::AreaLight;
+use halflight_core::light::{AreaLight, Parallelogram, Shape};
 use halflight_core::pattern::{Pattern, PatternKind};
 
 use crate::occluder::Vector;
@@ -47,9 +47,13 @@ pub(crate) fn points<L: Lanes>(light: &AreaLight, pattern: Pattern, key: u32, fi
     };
     let u = column.add(du).mul(scale_u);
     let v = row.add(dv).mul(scale_v);
-    let along = Vector::splat(light.edge_u).mul(Vector { x: u, y: u, z: u });
-    let across = Vector::splat(light.edge_v).mul(Vector { x: v, y: v, z: v });
-    Vector::splat(light.corner).add(along).add(across)
+    match light.shape {
+        Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v }) => {
+            let along = Vector::splat(edge_u).mul(Vector { x: u, y: u, z: u });
+            let across = Vector::splat(edge_v).mul(Vector { x: v, y: v, z: v });
+            Vector::splat(corner).add(along).add(across)
+        }
+    }
 }
 
 /// Geometry terms `cosθx cosθy / r²` of samples at `d` relative to the receiver, 0 below either horizon;
@@ -71,7 +75,7 @@ pub(crate) fn facing(light: &AreaLight, normal: Vec3, origin: Vec3) -> Option<Ve
     if !light.emits_towards(origin) {
         return None;
     }
-    Some(if normal.dot(origin - light.corner) < 0.0 { -normal } else { normal })
+    Some(if normal.dot(origin - light.frame().origin) < 0.0 { -normal } else { normal })
 }
 
 #[cfg(test)]
@@ -96,13 +100,8 @@ mod tests {
 
     #[test]
     fn blocks_are_the_positions_of_single_samples() {
-        let light = AreaLight {
-            corner: Vec3::new(0.3, 4.0, -2.0),
-            edge_u: Vec3::new(1.1, 0.2, 0.0),
-            edge_v: Vec3::new(0.0, 0.1, 1.7),
-            radiance: Vec3::ONE,
-            two_sided: false,
-        };
+        let (corner, u, v) = (Vec3::new(0.3, 4.0, -2.0), Vec3::new(1.1, 0.2, 0.0), Vec3::new(0.0, 0.1, 1.7));
+        let light = AreaLight::parallelogram(corner, u, v, Vec3::ONE);
         let shapes = [(8, 8), (4, 4), (5, 3), (64, 64), (63, 61), (4093, 1), (1, 4096), (1365, 3)];
         for kind in [PatternKind::Grid, PatternKind::ShiftedRows, PatternKind::Jittered] {
             for (columns, rows) in shapes {

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use halflight_core::light::AreaLight;
+use halflight_core::light::{AreaLight, LightFrame};
 use halflight_cpu::voxel::{Frustum, turned};
 
 use crate::frame::Frame;
@@ -20,9 +20,9 @@ pub(crate) struct TurnedLight {
 impl TurnedLight {
     /// Returns a light in the coordinates of a frustum.
     pub(crate) fn new(frustum: &Frustum, light: &AreaLight) -> Self {
-        let AreaLight { corner, edge_u, edge_v, .. } = turned(frustum, light);
+        let LightFrame { origin, u, v } = turned(frustum, light).frame();
         let normal = frustum.turn(light.normal().as_dvec3()).as_vec3();
-        let [corner, u, v, normal] = [corner, edge_u, edge_v, normal].map(|v| v.extend(0.0).to_array());
+        let [corner, u, v, normal] = [origin, u, v, normal].map(|v| v.extend(0.0).to_array());
         Self { corner, u, v, normal }
     }
 }
@@ -30,12 +30,13 @@ impl TurnedLight {
 impl Frame {
     /// Returns the uniform of one light.
     pub(crate) fn with_light(self, number: u32, light: &AreaLight) -> Self {
+        let LightFrame { origin, u, v } = light.frame();
         Self {
-            light_corner: light.corner.to_array(),
+            light_corner: origin.to_array(),
             light_area: light.area(),
-            light_u: light.edge_u.to_array(),
-            light_v: light.edge_v.to_array(),
-            light_cross: Vec3::cross(light.edge_u, light.edge_v).to_array(),
+            light_u: u.to_array(),
+            light_v: v.to_array(),
+            light_cross: light.vector_area().to_array(),
             light_normal: light.normal().to_array(),
             two_sided: u32::from(light.two_sided),
             radiance: light.radiance.to_array(),

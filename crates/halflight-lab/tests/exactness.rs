@@ -82,7 +82,7 @@ fn wrong_bits_are_reported() {
 #[test]
 fn a_view_without_light_is_refused() {
     let (mut scene, bvh) = soup();
-    scene.lights[0].corner.y = -1.0;
+    scene.lights[0] = scene.lights[0].transformed(|p| p.with_y(-1.0), |d| d);
     let fault = check(&scene, &bvh, &mut backends(&bvh).unwrap(), &SETTINGS, |_| {}).unwrap_err();
     assert!(fault.to_string().starts_with("nothing in view faces the light"), "{fault}");
 }

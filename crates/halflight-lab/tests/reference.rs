@@ -8,7 +8,6 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
-use halflight_core::light::AreaLight;
 use halflight_core::scene::Scene;
 use halflight_cpu::bvh::Bvh;
 use halflight_cpu::gbuffer;
@@ -121,7 +120,7 @@ fn several_lights_add_up() {
     let (one, bvh) = scene("contact");
     let mut both = Scene::clone(&one);
     let light = both.lights[0];
-    both.lights.push(AreaLight { corner: light.corner + Vec3::new(1.0, 0.0, 0.5), ..light });
+    both.lights.push(light.moved(Vec3::new(1.0, 0.0, 0.5)));
     let mut second = both.clone();
     second.lights.remove(0);
     let mean = |scene: &Arc<Scene>| {
@@ -203,7 +202,7 @@ fn an_image_that_no_light_reaches_is_black_and_has_no_noise() {
         assert!(found.irradiance.iter().all(|&value| value == Vec3::ZERO));
         assert_eq!((found.noise_nmse2, found.noise_flicker), (0.0, 0.0));
     };
-    black(&|scene| scene.lights[0].edge_u *= -1.0);
+    black(&|scene| scene.lights[0] = scene.lights[0].reversed());
     black(&|scene| scene.camera.target = scene.camera.eye + Vec3::new(0.0, 1.0, 0.1));
 }
 
@@ -213,8 +212,8 @@ fn light_that_only_one_half_has_met_is_all_noise() {
     let (scene, _) = scene("contact");
     let mut lid = Scene::clone(&scene);
     let (low, high) = lid.mesh.bounds().unwrap();
-    let y = lid.lights[0].corner.y - 0.01;
-    let gap = lid.lights[0].corner.x + 0.5;
+    let corner = lid.lights[0].corners()[0];
+    let (y, gap) = (corner.y - 0.01, corner.x + 0.5);
     for (from, to) in [(low.x * 9.0, gap), (gap + 1e-3, high.x * 9.0)] {
         let start = lid.mesh.positions.len() as u32;
         let corners = [(from, low.z * 9.0), (from, high.z * 9.0), (to, high.z * 9.0), (to, low.z * 9.0)];

@@ -149,7 +149,7 @@ fn read_light(index: usize, mut section: Section<'_>) -> Result<AreaLight, Scene
         let message = format!("radiance is {}, expected no negative numbers", radiance.value);
         return Err(section.fault(radiance.line, message));
     }
-    let light = AreaLight { corner, edge_u, edge_v, radiance: radiance.value, two_sided };
+    let light = AreaLight { two_sided, ..AreaLight::parallelogram(corner, edge_u, edge_v, radiance.value) };
     light.validate(index).map_err(|source| SceneError::Light {
         file: section.source.name.to_string(),
         line: section.line,

@@ -89,13 +89,13 @@ fn cameras_go_from_key_to_key() {
 #[test]
 fn lights_turn_about_their_middles() {
     let loaded = load("animated_light", SCENE);
-    let light = at(&loaded, 1.0).lights[1];
+    let light = at(&loaded, 1.0).lights[1].frame();
     // A quarter about y takes x to -z and z to x.
     for (found, expected) in [
-        (light.edge_u, Vec3::NEG_Z * 2.0),
-        (light.edge_v, Vec3::X * 2.0),
-        (light.corner, Vec3::new(5.0, 3.0, 2.0)),
-        (at(&loaded, 1.5).lights[1].corner, Vec3::new(5.0, 3.0, 6.0)),
+        (light.u, Vec3::NEG_Z * 2.0),
+        (light.v, Vec3::X * 2.0),
+        (light.origin, Vec3::new(5.0, 3.0, 2.0)),
+        (at(&loaded, 1.5).lights[1].frame().origin, Vec3::new(5.0, 3.0, 6.0)),
     ] {
         assert!(found.abs_diff_eq(expected, NEAR), "{found} {expected}");
     }

@@ -27,13 +27,8 @@ fn camera_and_lights_are_what_the_file_says() {
         ..Camera::default()
     };
     assert_eq!(scene.camera, camera);
-    let first = AreaLight {
-        corner: Vec3::new(1.0, 2.0, 3.0),
-        edge_u: Vec3::X * 4.0,
-        edge_v: Vec3::Y * 5.0,
-        radiance: Vec3::new(0.0, 6.0, 7.0),
-        two_sided: true,
-    };
+    let (corner, radiance) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.0, 6.0, 7.0));
+    let first = AreaLight::parallelogram(corner, Vec3::X * 4.0, Vec3::Y * 5.0, radiance).two_sided();
     assert_eq!((scene.lights.len(), scene.lights[0], scene.lights[1].two_sided), (2, first, false));
     // Loading by path, and from text with a folder.
     let path = folder.0.join("scene.toml");

@@ -76,15 +76,10 @@ fn mesh() -> Mesh {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let picture = std::env::args_os().nth(1).map_or_else(|| "outside_visibility.png".into(), PathBuf::from);
+    let corner = Vec3::new(1.0, 4.0, 0.5);
     let scene = Scene {
         mesh: Arc::new(mesh()),
-        lights: vec![AreaLight {
-            corner: Vec3::new(1.0, 4.0, 0.5),
-            edge_u: Vec3::X * 1.5,
-            edge_v: Vec3::Z * 1.5,
-            radiance: Vec3::splat(12.0),
-            two_sided: false,
-        }],
+        lights: vec![AreaLight::parallelogram(corner, Vec3::X * 1.5, Vec3::Z * 1.5, Vec3::splat(12.0))],
         camera: Camera { eye: Vec3::new(0.0, 3.0, 5.0), target: Vec3::Y * 0.5, ..Camera::default() },
     };
     let config = PipelineConfig { width: 960, height: 640, ..PipelineConfig::default() };

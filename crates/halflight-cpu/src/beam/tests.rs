@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use halflight_core::gbuffer::receiver_origin;
+use halflight_core::light::AreaLight;
 use halflight_core::mask::{MaskBatch, Query};
 use halflight_core::scene::Scene;
 use halflight_core::stages::Visibility;
@@ -108,8 +109,9 @@ fn groups_with_many_triangles_are_left_to_rays_as_a_whole() {
 
 #[test]
 fn lights_that_are_tilted_or_touch_cross_and_lie_behind_geometry() {
-    let mut tilted = lamp(Vec3::new(0.3, 1.2, -0.2), 0.8);
-    (tilted.edge_u, tilted.edge_v) = (Vec3::new(0.7, 0.3, 0.1), Vec3::new(-0.2, 0.5, 0.6));
+    let corner = lamp(Vec3::new(0.3, 1.2, -0.2), 0.8).corners()[0];
+    let (u, v) = (Vec3::new(0.7, 0.3, 0.1), Vec3::new(-0.2, 0.5, 0.6));
+    let tilted = AreaLight::parallelogram(corner, u, v, Vec3::ONE).two_sided();
     let mut corners = soup(300, 0.4);
     corners.extend(cuboid(Vec3::new(-0.2, 0.5, -0.2), Vec3::new(0.4, 0.7, 0.3)));
     let origins = clusters(512, Vec3::splat(-1.0), Vec3::splat(1.0));

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use halflight_core::certificate::{Certificate, Region};
 use halflight_core::frame::Frame;
-use halflight_core::light::AreaLight;
+use halflight_core::light::{AreaLight, LightFrame};
 use halflight_core::mask::{MaskBatch, Query};
 use halflight_core::pattern::Pattern;
 use halflight_core::stages::Visibility;
@@ -109,9 +109,9 @@ impl Chunk<'_> {
     #[inline(always)]
     fn same_points(&self, first: usize) -> Range<usize> {
         let Query { key, origin, .. } = self.queries[first];
-        let light = self.light;
+        let LightFrame { origin: corner, u, v } = self.light.frame();
         // Boxes are padded for rays that start on or near the geometry, not for those from a distant light.
-        let farthest = (light.corner - origin).abs() + light.edge_u.abs() + light.edge_v.abs();
+        let farthest = (corner - origin).abs() + u.abs() + v.abs();
         if farthest.max_element() > NEAR * self.bvh.diagonal() {
             return first..first + 1;
         }

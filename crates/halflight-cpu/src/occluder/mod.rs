@@ -56,10 +56,4 @@ pub(crate) trait Samples: Send {
 
 /// Empty pattern and light: the state before [`Samples::set`].
 const NOTHING: Pattern = Pattern { kind: PatternKind::Grid, columns: 0, rows: 0 };
-pub(crate) const NOWHERE: AreaLight = AreaLight {
-    corner: Vec3::ZERO,
-    edge_u: Vec3::X,
-    edge_v: Vec3::Z,
-    radiance: Vec3::ZERO,
-    two_sided: false,
-};
+pub(crate) const NOWHERE: AreaLight = AreaLight::parallelogram(Vec3::ZERO, Vec3::X, Vec3::Z, Vec3::ZERO);

@@ -1,7 +1,7 @@
 //! Tests of triangles against the whole of a light, for one receiver.
 
 use glam::Vec3;
-use halflight_core::light::AreaLight;
+use halflight_core::light::LightFrame;
 
 use super::block::Block;
 use super::facet::Facets;
@@ -12,7 +12,7 @@ use crate::simd::Lanes;
 const VANISHING: f32 = 1e-30;
 
 /// Four planes that each of eight triangles has for a receiver (through the receiver and an edge, and the
-/// triangle's own), as functions `a + bu · u + bv · v` of the position on the light. A sample is hidden where
+/// triangle's own), as functions `a + bu · u + bv · v` of the position in the light's frame. A sample is hidden where
 /// all four are positive.
 pub(crate) struct OverLight<L> {
     pub(super) facets: Facets<L>,
@@ -32,15 +32,16 @@ pub(crate) struct OverLight<L> {
 }
 
 impl<L: Lanes> OverLight<L> {
+    /// Compares triangles with all of a light's frame, as `origin` sees it.
     #[inline(always)]
-    pub(crate) fn new(block: &Block, origin: Vec3, light: &AreaLight) -> Self {
-        let corner = light.corner - origin;
-        let edges = light.edge_u.abs() + light.edge_v.abs();
+    pub(crate) fn new(block: &Block, origin: Vec3, light: LightFrame) -> Self {
+        let corner = light.origin - origin;
+        let edges = light.u.abs() + light.v.abs();
         // `Facets` bounds the error of products with a direction. Twice the reach covers sums of three
         // products, and the rounding of sample positions to single precision.
-        let reach = (corner.abs() + light.corner.abs() + edges * 2.0) * 2.0;
+        let reach = (corner.abs() + light.origin.abs() + edges * 2.0) * 2.0;
         let facets = Facets::<L>::new(block, origin, Vector::splat(reach));
-        let (c, u, v) = (Vector::splat(corner), Vector::splat(light.edge_u), Vector::splat(light.edge_v));
+        let (c, u, v) = (Vector::splat(corner), Vector::splat(light.u), Vector::splat(light.v));
         let [ab, bc, ca] = facets.edges;
         let face = facets.face;
         let a = [ab.dot(c), bc.dot(c), ca.dot(c), face.dot(c).sub(facets.distance)];

@@ -90,7 +90,7 @@ impl Kernel for Occlude<'_> {
     #[inline(always)]
     fn run<S: Simd>(self) -> Option<usize> {
         let Self { points, block } = self;
-        let over = OverLight::<S::Eight>::new(block, points.origin, &points.light);
+        let over = OverLight::<S::Eight>::new(block, points.origin, points.light.frame());
         if over.whole != 0 {
             points.left.fill(0);
             return Some(over.whole.trailing_zeros() as usize);

@@ -85,8 +85,13 @@ impl Plane {
 }
 
 impl Rows {
-    /// True if masks of this pattern can be computed by rows.
-    pub(crate) fn fit(pattern: Pattern) -> bool {
+    /// True if masks of a pattern on a light can be computed by rows.
+    pub(crate) fn fit(pattern: Pattern, light: &AreaLight) -> bool {
+        Self::fit_pattern(pattern) && light.strata_are_rectangles()
+    }
+
+    /// True if a pattern has few enough rows and columns, on a light on which rows are straight.
+    pub(crate) fn fit_pattern(pattern: Pattern) -> bool {
         pattern.kind != PatternKind::Jittered
             && usize::from(pattern.columns) <= SIDE
             && usize::from(pattern.rows) <= SIDE
@@ -256,7 +261,7 @@ impl Kernel for Occlude<'_> {
     #[inline(always)]
     fn run<S: Simd>(self) -> Option<usize> {
         let Self { rows, block } = self;
-        let over = OverLight::<S::Eight>::new(block, rows.origin, &rows.light);
+        let over = OverLight::<S::Eight>::new(block, rows.origin, rows.light.frame());
         if over.whole != 0 {
             rows.left = [[0; ROWS]; 2];
             return Some(over.whole.trailing_zeros() as usize);

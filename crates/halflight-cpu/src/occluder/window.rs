@@ -6,7 +6,7 @@
 //! hide samples of a few rows only.
 
 use glam::Vec3;
-use halflight_core::light::AreaLight;
+use halflight_core::light::{AreaLight, LightFrame};
 use halflight_core::pattern::{Pattern, PatternKind};
 
 use super::block::Block;
@@ -51,17 +51,21 @@ impl Window {
 
     #[inline(always)]
     pub(super) fn new(origin: Vec3, light: &AreaLight) -> Self {
-        let (c, u, v) = (light.corner - origin, light.edge_u, light.edge_v);
+        let LightFrame { origin: corner, u, v } = light.frame();
+        let c = corner - origin;
         let (normal, across) = (u.cross(v), [v.cross(c), c.cross(u)]);
         let height = normal.dot(c);
         let turn = if height < 0.0 { -1.0 } else { 1.0 };
         let (far, u, v) = (c.abs().max_element(), u.abs().max_element(), v.abs().max_element());
         // Displacement of samples by rounding, and the resulting displacement of their projections.
-        let moved = (light.corner.abs().max_element() + u + v) * 2f32.powi(-21);
+        let moved = (corner.abs().max_element() + u + v) * 2f32.powi(-21);
         let sum = |v: Vec3| v.abs().element_sum();
         let most = sum(across[0]).max(sum(across[1])) + sum(normal);
         // With u = 2⁻²⁴, the height is wrong by at most 48u times the magnitudes of its factors.
-        let sure = height.abs() > far * u * v * 2f32.powi(-12) && height.abs() > f32::MIN_POSITIVE * 1e9;
+        // Positions in the frame bound no columns and rows where these are no strips of it.
+        let straight = light.strata_are_rectangles();
+        let sure =
+            straight && height.abs() > far * u * v * 2f32.powi(-12) && height.abs() > f32::MIN_POSITIVE * 1e9;
         let misplaced = moved * most / height.abs();
         Self {
             origin,

@@ -141,13 +141,12 @@ impl<M: Samples> Kernel for Answer<'_, '_, M> {
         let Self { mut chunk, worker } = self;
         let mut stats = VisibilityStats::default();
         let mut waiting = Waiting { block: Block::EMPTY, count: 0 };
-        let normal = chunk.light.edge_u.cross(chunk.light.edge_v);
         let mut placed = [Placed { query: 0, rectangle: Rectangle::EMPTY, range: [0; 4] }; GROUP];
         for (back, cells) in chunk.sides.iter().enumerate() {
             let mut count = 0;
             for index in 0..chunk.queries.len() {
                 let query = chunk.queries[index];
-                if usize::from(normal.dot(query.origin - chunk.light.corner) < 0.0) != back {
+                if usize::from(chunk.light.side(query.origin) < 0.0) != back {
                     continue;
                 }
                 let slots = index * chunk.words..(index + 1) * chunk.words;

@@ -79,7 +79,7 @@ const STRIDE: usize = 13;
 impl Cells {
     pub(super) fn new(side: u32) -> Self {
         Self {
-            projection: Projection::new(&NOWHERE, false, 1.0),
+            projection: Projection::new(NOWHERE.frame(), false, 1.0),
             side,
             low: [0.0; 2],
             scale: [0.0; 2],
@@ -107,7 +107,7 @@ impl Cells {
         let distances = mesh.positions.par_iter().with_min_len(4096).map(|p| p.distance(corners[0]));
         let reach = distances.reduce(|| 0.0, f32::max);
         let reach = f64::from(reach.max(corners.iter().map(|c| c.distance(corners[0])).fold(0.0, f32::max)));
-        self.projection = Projection::new(light, back, reach * 1.001 + f64::from(f32::MIN_POSITIVE));
+        self.projection = Projection::new(light.frame(), back, reach * 1.001 + f64::from(f32::MIN_POSITIVE));
         self.frame(gbuffer);
         self.lay_out_levels(span.is_some());
         let mut rectangles = std::mem::take(&mut self.rectangles);

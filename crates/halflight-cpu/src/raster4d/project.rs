@@ -1,12 +1,12 @@
 //! Projections of points onto a plane parallel to a light, through every point of the light at once (Wang17
 //! §3.1).
 //!
-//! In the light's coordinate system a point has a position (u, v) over the light, whose corners are 0 and 1,
+//! In the coordinates of the light's frame a point has a position (u, v) over the frame, whose corners are 0 and 1,
 //! and a height h above its plane. Through the point q of the light, (u, h) projects to `q + (u − q) · D / h`
 //! on a plane at height D: for all of the light that is an interval, and with v a rectangle.
 
 use glam::{DVec3, Vec3};
-use halflight_core::light::AreaLight;
+use halflight_core::light::LightFrame;
 
 /// Margin in edges by which a light is extended. It covers samples that rounding has put outside, and rays
 /// that pass the light's plane beside their sample because the sample is slightly off the plane.
@@ -56,15 +56,14 @@ pub(super) struct Projection {
 impl Projection {
     /// Projection on the side of a light that its normal points to, or on its back; the plane lies beyond all
     /// points within `reach`.
-    pub(super) fn new(light: &AreaLight, back: bool, reach: f64) -> Self {
-        let (u, v) = (light.edge_u.as_dvec3(), light.edge_v.as_dvec3());
+    pub(super) fn new(light: LightFrame, back: bool, reach: f64) -> Self {
+        let (u, v) = (light.u.as_dvec3(), light.v.as_dvec3());
         let normal = u.cross(v).normalize_or_zero();
         let (du, dv) = (v.cross(normal), normal.cross(u));
-        let size = light.corner.abs().max_element()
-            + light.edge_u.abs().max_element()
-            + light.edge_v.abs().max_element();
+        let size =
+            light.origin.abs().max_element() + light.u.abs().max_element() + light.v.abs().max_element();
         Self {
-            corner: light.corner.as_dvec3(),
+            corner: light.origin.as_dvec3(),
             across: [du / du.dot(u), dv / dv.dot(v)],
             normal: if back { -normal } else { normal },
             distance: reach,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use halflight_core::frame::{Frame, Sharing};
 use halflight_core::gbuffer::GBuffer;
+use halflight_core::light::AreaLight;
 use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::Scene;
@@ -112,8 +113,9 @@ fn hall_and_soup() {
 
 #[test]
 fn lights_that_are_tilted_or_touch_cross_and_lie_behind_geometry() {
-    let mut tilted = lamp(Vec3::new(0.3, 1.2, -0.2), 0.8);
-    (tilted.edge_u, tilted.edge_v) = (Vec3::new(0.7, 0.3, 0.1), Vec3::new(-0.2, 0.5, 0.6));
+    let corner = lamp(Vec3::new(0.3, 1.2, -0.2), 0.8).corners()[0];
+    let (u, v) = (Vec3::new(0.7, 0.3, 0.1), Vec3::new(-0.2, 0.5, 0.6));
+    let tilted = AreaLight::parallelogram(corner, u, v, Vec3::ONE).two_sided();
     let mut corners = soup(300, 0.4);
     corners.extend(cuboid(Vec3::new(-0.2, 0.5, -0.2), Vec3::new(0.4, 0.7, 0.3)));
     // A ceiling in the light's plane.

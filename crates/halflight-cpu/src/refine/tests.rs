@@ -29,13 +29,8 @@ struct Floor {
 
 impl Floor {
     fn new(width: u32, height: u32) -> Self {
-        let light = AreaLight {
-            corner: Vec3::new(-1.0, 4.0, -1.0),
-            edge_u: Vec3::X * 2.0,
-            edge_v: Vec3::Z * 2.0,
-            radiance: Vec3::ONE,
-            two_sided: false,
-        };
+        let corner = Vec3::new(-1.0, 4.0, -1.0);
+        let light = AreaLight::parallelogram(corner, Vec3::X * 2.0, Vec3::Z * 2.0, Vec3::ONE);
         let mut gbuffer = GBuffer::default();
         gbuffer.reset(width, height);
         gbuffer.depth.fill(1.0);

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use halflight_core::certificate::{Certificate, Region};
-use halflight_core::light::AreaLight;
+use halflight_core::light::{AreaLight, LightFrame};
 use rayon::prelude::*;
 
 use super::{Gather, Hull, List};
@@ -110,10 +110,15 @@ struct Sweep {
 }
 
 impl Sweep {
-    /// Sweep of a region; `None` where the light's plane crosses the region.
+    /// Sweep of a region; `None` where the light's plane crosses the region, or where fractions of the frame's
+    /// area are not fractions of the light's.
     fn new(light: &AreaLight, region: &Region) -> Option<Self> {
+        if !light.strata_are_rectangles() {
+            return None;
+        }
         let (low, high) = (region.low.as_dvec3(), region.high.as_dvec3());
-        let (corner, u, v) = (light.corner.as_dvec3(), light.edge_u.as_dvec3(), light.edge_v.as_dvec3());
+        let LightFrame { origin: corner, u, v } = light.frame();
+        let [corner, u, v] = [corner, u, v].map(Vec3::as_dvec3);
         let (middle, half) = ((low + high) * 0.5, (high - low) * 0.5);
         let cross = u.cross(v);
         let mut normal = cross.try_normalize()?;

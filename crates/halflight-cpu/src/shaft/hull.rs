@@ -2,7 +2,7 @@
 //! occluders.
 
 use glam::{DVec3, Vec3};
-use halflight_core::light::AreaLight;
+use halflight_core::light::{AreaLight, LightFrame};
 
 use crate::occluder::{Block, OverLight, Vector};
 use crate::simd::{Kernel, Lanes, Simd};
@@ -25,7 +25,7 @@ pub(crate) struct Hull {
     sides: [[Side; 4]; 3],
     counts: [usize; 3],
     receivers: (Vec3, Vec3),
-    light: AreaLight,
+    light: LightFrame,
     /// Bound on the rounding errors of positions and of their products with unit vectors.
     slack: f32,
 }
@@ -36,11 +36,7 @@ const OTHERS: [(usize, usize); 3] = [(1, 2), (2, 0), (0, 1)];
 impl Hull {
     /// Hull of the box `low` … `high` and a light. `largest` bounds all coordinates of the scene.
     pub(crate) fn new(low: Vec3, high: Vec3, light: &AreaLight, largest: f32) -> Self {
-        let corners = light.corners();
-        let (mut light_low, mut light_high) = (corners[0], corners[0]);
-        for corner in corners {
-            (light_low, light_high) = (light_low.min(corner), light_high.max(corner));
-        }
+        let (light_low, light_high) = light.bounds();
         let size =
             light_high.abs().max(light_low.abs()).max(low.abs()).max(high.abs()).max_element().max(largest);
         let slack = size * 2f32.powi(-20);
@@ -51,7 +47,7 @@ impl Hull {
             sides: [[Side { first: 0.0, second: 0.0, limit: 0.0 }; 4]; 3],
             counts: [0; 3],
             receivers: (low, high),
-            light: *light,
+            light: light.frame(),
             slack,
         };
         for (axis, (i, j)) in OTHERS.into_iter().enumerate() {
@@ -140,9 +136,8 @@ impl Hull {
         // surface, which lies a few units in the last place behind them, must not count as an occluder.
         let doubt =
             near.abs().max(far.abs()).sum().mul(L::splat(2f32.powi(-21))).add(L::splat(f32::MIN_POSITIVE));
-        let corner = normal.dot(Vector::splat(self.light.corner).sub(corners[0]));
-        let (u, v) =
-            (normal.dot(Vector::splat(self.light.edge_u)), normal.dot(Vector::splat(self.light.edge_v)));
+        let corner = normal.dot(Vector::splat(self.light.origin).sub(corners[0]));
+        let (u, v) = (normal.dot(Vector::splat(self.light.u)), normal.dot(Vector::splat(self.light.v)));
         let zero = L::splat(0.0);
         let least = corner.add(u.min(zero)).add(v.min(zero));
         let most = corner.add(u.max(zero)).add(v.max(zero));
@@ -186,7 +181,7 @@ impl Hull {
         (0..8).all(|corner| {
             let pick = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
             let corner = Vec3::new(pick(0), pick(1), pick(2));
-            S::call(Covers { block, origin: corner, light: &self.light }) >> lane & 1 != 0
+            S::call(Covers { block, origin: corner, light: self.light }) >> lane & 1 != 0
         })
     }
 }
@@ -195,7 +190,7 @@ impl Hull {
 struct Covers<'a> {
     block: &'a Block,
     origin: Vec3,
-    light: &'a AreaLight,
+    light: LightFrame,
 }
 
 impl Kernel for Covers<'_> {

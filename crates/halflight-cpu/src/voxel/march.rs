@@ -48,13 +48,7 @@ pub(super) struct Rays<'a> {
 /// Light in homogeneous coordinates. The transformation is linear, so points on it correspond to those of the
 /// light in the world.
 pub fn turned(frustum: &Frustum, light: &AreaLight) -> AreaLight {
-    let turn = |v: Vec3| frustum.turn(v.as_dvec3()).as_vec3();
-    AreaLight {
-        corner: frustum.place(light.corner).as_vec3(),
-        edge_u: turn(light.edge_u),
-        edge_v: turn(light.edge_v),
-        ..*light
-    }
+    light.transformed(|point| frustum.place(point).as_vec3(), |v| frustum.turn(v.as_dvec3()).as_vec3())
 }
 
 /// Mask of the `active` rays for which `meets` returns true somewhere in a run. Its arguments are a ray, a

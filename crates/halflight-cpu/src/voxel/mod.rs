@@ -85,8 +85,9 @@ impl Voxels {
     fn course(&self, light: &AreaLight) -> Option<Course<'_>> {
         let frustum = self.frustum.as_ref()?;
         let normal = light.normal();
-        let middle = (light.corner + light.corners()[2]) * 0.5;
-        let points = light.corners().into_iter().chain([middle]);
+        let corners = light.corners();
+        let middle = (corners[0] + corners[2]) * 0.5;
+        let points = corners.into_iter().chain([middle]);
         let width = points
             .filter(|&point| frustum.holds(frustum.place(point)))
             .map(|point| frustum.width_along(point, normal))
@@ -97,7 +98,7 @@ impl Voxels {
             measures: Measures::new(frustum),
             config: self.config,
             light: turned(frustum, light),
-            place: light.corner,
+            place: corners[0],
             normal,
             turned_normal: frustum.turn(normal.as_dvec3()).as_vec3(),
             clearance: width * self.config.bias,
@@ -174,7 +175,7 @@ impl Course<'_> {
         // A receiver close to the light's plane must not end up behind the offset light.
         let height = self.normal.dot(origin - self.place);
         let lift = self.clearance.min(height.abs() * 0.5).copysign(height);
-        let light = AreaLight { corner: self.light.corner + self.turned_normal * lift, ..self.light };
+        let light = self.light.moved(self.turned_normal * lift);
         (self.frustum.place(start).as_vec3(), light)
     }
 

@@ -4,6 +4,7 @@ use std::hash::Hasher as _;
 use std::path::Path;
 
 use fnv::FnvHasher;
+use halflight_core::light::{Parallelogram, Shape};
 use halflight_core::scene::Scene;
 use halflight_metrics::{WriteError, check_output, write_file};
 
@@ -116,7 +117,8 @@ pub(super) fn key(scene: &Scene, config: &ReferenceConfig) -> u64 {
     }
     words(scene.mesh.triangles.as_flattened());
     for light in &scene.lights {
-        for vector in [light.corner, light.edge_u, light.edge_v, light.radiance] {
+        let Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v }) = light.shape;
+        for vector in [corner, edge_u, edge_v, light.radiance] {
             words(&vector.to_array().map(f32::to_bits));
         }
         words(&[u32::from(light.two_sided)]);

@@ -29,7 +29,7 @@ pub fn unlit(scene: &Scene, gbuffer: &GBuffer, irradiance: &[Vec3]) -> Option<St
 fn reason(light: &AreaLight, receivers: &[Receiver]) -> String {
     let normal = light.normal();
     let in_front =
-        |receiver: &Receiver| light.two_sided || (receiver.origin - light.corner).dot(normal) > 0.0;
+        |receiver: &Receiver| light.two_sided || (receiver.origin - light.frame().origin).dot(normal) > 0.0;
     if light.radiance == Vec3::ZERO {
         "has no radiance".to_owned()
     } else if !receivers.iter().any(in_front) {
@@ -62,15 +62,10 @@ mod tests {
     #[test]
     fn every_reason_is_named() {
         assert!(said(|scene| scene.lights[0].radiance = Vec3::ZERO).contains("light 0 has no radiance"));
-        let turned = said(|scene| {
-            let light = &mut scene.lights[0];
-            (light.edge_u, light.edge_v) = (light.edge_v, light.edge_u);
-        });
+        let turned = said(|scene| scene.lights[0] = scene.lights[0].reversed());
         assert!(turned.contains("cross(edge_u, edge_v) = (0.000, 1.000, 0.000), away from all"), "{turned}");
         let below = said(|scene| {
-            let light = &mut scene.lights[0];
-            light.corner.y = -1.0;
-            light.two_sided = true;
+            scene.lights[0] = scene.lights[0].transformed(|p| p.with_y(-1.0), |d| d).two_sided();
         });
         assert!(below.contains("lies behind all surfaces"), "{below}");
         assert!(said(|_| {}).contains("is hidden by other surfaces"));

@@ -76,12 +76,11 @@ impl Set {
     /// Scales and moves the scene. Irradiance does not change.
     pub(super) fn placed(mut self, scale: f32, offset: Vec3) -> Self {
         let scene = &mut self.0;
-        let place = |point: &mut Vec3| *point = *point * scale + offset;
+        let placed = |point: Vec3| point * scale + offset;
+        let place = |point: &mut Vec3| *point = placed(*point);
         Arc::make_mut(&mut scene.mesh).positions.iter_mut().for_each(place);
         for light in &mut scene.lights {
-            place(&mut light.corner);
-            light.edge_u *= scale;
-            light.edge_v *= scale;
+            *light = light.transformed(placed, |direction| direction * scale);
         }
         place(&mut scene.camera.eye);
         place(&mut scene.camera.target);
@@ -96,13 +95,7 @@ pub(super) fn square_light(centre: Vec3, side: f32) -> AreaLight {
 
 /// Returns a light about a point that shines along `u × v`.
 pub(super) fn parallelogram(centre: Vec3, u: Vec3, v: Vec3) -> AreaLight {
-    AreaLight {
-        corner: centre - (u + v) * 0.5,
-        edge_u: u,
-        edge_v: v,
-        radiance: Vec3::new(10.0, 9.0, 8.0),
-        two_sided: false,
-    }
+    AreaLight::parallelogram(centre - (u + v) * 0.5, u, v, Vec3::new(10.0, 9.0, 8.0))
 }
 
 #[cfg(test)]

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context as _, Result, anyhow};
-use halflight_core::light::AreaLight;
 use halflight_core::scene::Scene;
 use halflight_cpu::bvh::Bvh;
 use halflight_scene::Animation;
@@ -45,13 +44,7 @@ impl Loaded {
         if scale == 1.0 {
             return Arc::clone(&self.scene);
         }
-        let scaled = |light: &AreaLight| AreaLight {
-            corner: light.corner + (light.edge_u + light.edge_v) * (0.5 * (1.0 - scale)),
-            edge_u: light.edge_u * scale,
-            edge_v: light.edge_v * scale,
-            ..*light
-        };
-        let lights = self.scene.lights.iter().map(scaled).collect();
+        let lights = self.scene.lights.iter().map(|light| light.scaled(scale)).collect();
         Arc::new(Scene { lights, ..Scene::clone(&self.scene) })
     }
 }
@@ -105,9 +98,8 @@ mod tests {
         let (scene, bvh) = (Arc::new(loaded.scene), Arc::new(bvh));
         let loaded = Loaded { name: String::new(), scene, bvh, animation: None };
         let (before, after) = (loaded.scene.lights[0], loaded.lit(2.0).lights[0]);
-        let middle = |light: &AreaLight| light.corner + (light.edge_u + light.edge_v) * 0.5;
         // Coordinates of a few metres, each a sum of four: a few units in the last place.
-        assert!((middle(&before) - middle(&after)).length() < 1e-5);
+        assert!((before.centre() - after.centre()).length() < 1e-5);
         assert!((after.area() / before.area() - 4.0).abs() < 1e-5);
     }
 }

@@ -50,9 +50,7 @@ impl Animation {
         }
         for (index, path) in &self.lights {
             if let (Some(light), Some(place)) = (scene.lights.get_mut(*index), path.at(time)) {
-                light.corner = place.point(light.corner);
-                light.edge_u = place.direction(light.edge_u);
-                light.edge_v = place.direction(light.edge_v);
+                *light = light.transformed(|p| place.point(p), |d| place.direction(d));
             }
         }
         for motion in &self.meshes {

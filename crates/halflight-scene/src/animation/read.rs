@@ -79,7 +79,7 @@ impl AnimationEntry {
     ) -> Result<Animation, SceneError> {
         let mut animation = Animation { camera: self.camera, lights: Vec::new(), meshes: Vec::new() };
         for body in self.lights {
-            let (low, high) = bounds(&lights[body.index].corners());
+            let (low, high) = lights[body.index].bounds();
             let index = body.index;
             animation.lights.extend(body.path(source, "light", low, high)?.map(|path| (index, path)));
         }

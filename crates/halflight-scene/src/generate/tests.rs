@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use glam::{Vec2, Vec3};
+use halflight_core::light::LightFrame;
 use halflight_core::scene::Mesh;
 
 use super::bars::{bar, rod};
@@ -270,12 +271,11 @@ fn bundled_lights_face_what_the_camera_looks_at() {
             assert!(light.emits_towards(scene.camera.target), "{name}");
             // A light in a wall or a beam would be half dark: no geometry may cross it, so no corner of a
             // triangle may lie between its edges and within a hand's breadth of its plane.
-            let normal = light.normal();
+            let (normal, LightFrame { origin, u, v }) = (light.normal(), light.frame());
             let near = scene.mesh.positions.iter().find(|&&p| {
-                let from = p - light.corner;
+                let from = p - origin;
                 let along = |edge: Vec3| from.dot(edge) / edge.length_squared();
-                from.dot(normal).abs() < 0.1
-                    && [light.edge_u, light.edge_v].iter().all(|&edge| (0.0..=1.0).contains(&along(edge)))
+                from.dot(normal).abs() < 0.1 && [u, v].iter().all(|&edge| (0.0..=1.0).contains(&along(edge)))
             });
             assert_eq!(near, None, "{name}");
         }

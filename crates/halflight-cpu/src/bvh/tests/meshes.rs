@@ -122,13 +122,8 @@ pub(crate) fn scene(corners: &[[Vec3; 3]], light: AreaLight) -> Scene {
 
 /// Horizontal square light that faces down, centred at `middle`.
 pub(crate) fn lamp(middle: Vec3, size: f32) -> AreaLight {
-    AreaLight {
-        corner: middle - Vec3::new(size, 0.0, size) * 0.5,
-        edge_u: Vec3::X * size,
-        edge_v: Vec3::Z * size,
-        radiance: Vec3::ONE,
-        two_sided: true,
-    }
+    let corner = middle - Vec3::new(size, 0.0, size) * 0.5;
+    AreaLight::parallelogram(corner, Vec3::X * size, Vec3::Z * size, Vec3::ONE).two_sided()
 }
 
 /// Batch of queries at `origins`. Where `sparse`, 16 at a time share a key; every other 16 of them want few

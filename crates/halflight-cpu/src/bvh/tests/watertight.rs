@@ -92,9 +92,7 @@ fn placed(mut scene: Scene, scale: f32, shift: Vec3) -> Scene {
     let place = |p: Vec3| p * scale + shift;
     Arc::make_mut(&mut scene.mesh).positions.iter_mut().for_each(|p| *p = place(*p));
     for light in &mut scene.lights {
-        light.corner = place(light.corner);
-        light.edge_u *= scale;
-        light.edge_v *= scale;
+        *light = light.transformed(place, |direction| direction * scale);
     }
     scene.camera.eye = place(scene.camera.eye);
     scene.camera.target = place(scene.camera.target);
@@ -163,7 +161,7 @@ fn open_floors_and_convex_bodies_do_not_shadow_themselves() {
 #[test]
 fn closed_boxes_let_nothing_in() {
     let closed = cuboid(Vec3::splat(-1.0), Vec3::splat(1.0));
-    let light = AreaLight { corner: Vec3::new(-1.5, 1.5, -1.5), ..lamp(Vec3::ZERO, 3.0) };
+    let light = lamp(Vec3::Y * 1.5, 3.0);
     let camera = Camera {
         eye: Vec3::new(0.3, 0.2, 0.8),
         target: Vec3::new(-0.2, -0.1, 0.0),
@@ -214,13 +212,8 @@ fn visible_below_sheet(half: f64, weights: DVec3, shift: DVec3, turn: bool, gap:
     mesh_corners.extend(gap.map(|gap| plane(square(middle + DVec3::Y * gap, 1.0))).into_iter().flatten());
     let [lamp, ..] = plane(square(middle + DVec3::Y * 3.0, 0.5))[0];
     let edges = turned(turn, &[DVec3::X, DVec3::Z]);
-    let light = AreaLight {
-        corner: lamp,
-        edge_u: edges[0].as_vec3(),
-        edge_v: edges[1].as_vec3(),
-        radiance: Vec3::ONE,
-        two_sided: true,
-    };
+    let (u, v) = (edges[0].as_vec3(), edges[1].as_vec3());
+    let light = AreaLight::parallelogram(lamp, u, v, Vec3::ONE).two_sided();
     let scene = scene(&mesh_corners, light);
     let point = corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z;
     let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize().as_vec3();

@@ -59,12 +59,7 @@ impl Cases {
         let shift =
             if numbers.one_in(4) { numbers.point() * scale * numbers.power(-3.0, 4.0) } else { Vec3::ZERO };
         let place = |p: Vec3| p * scale + shift;
-        let light = AreaLight {
-            corner: place(light.corner),
-            edge_u: light.edge_u * scale,
-            edge_v: light.edge_v * scale,
-            ..light
-        };
+        let light = light.transformed(place, |direction| direction * scale);
         let mut positions: Vec<Vec3> = corners.into_iter().flatten().map(place).collect();
         // A speck is no mesh by itself: a triangle far beyond the light makes it one.
         let (low, high) = positions
@@ -103,13 +98,7 @@ fn light(numbers: &mut Numbers) -> AreaLight {
         edge_v = numbers.point() * size;
     }
     let middle = Vec3::Y + numbers.point() * 0.3;
-    AreaLight {
-        corner: middle - (edge_u + edge_v) * 0.5,
-        edge_u,
-        edge_v,
-        radiance: Vec3::ONE,
-        two_sided: true,
-    }
+    AreaLight::parallelogram(middle - (edge_u + edge_v) * 0.5, edge_u, edge_v, Vec3::ONE).two_sided()
 }
 
 /// Receivers in a box.
@@ -181,7 +170,7 @@ impl Group {
             2 => {
                 let (first, second) = match numbers.below(4) {
                     edge @ 0..=2 => (light.corners()[edge], light.corners()[edge + 1]),
-                    _ => (to, light.corner),
+                    _ => (to, light.corners()[0]),
                 };
                 let lift = numbers.point() * numbers.power(-9.0, -5.0) * numbers.unit().round();
                 [0, 1, 2].map(|_| {
