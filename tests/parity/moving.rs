@@ -203,7 +203,7 @@ fn moving_lights_and_cameras_creates_nothing_that_grows_with_the_mesh() {
             image(&bench, &mut renderer);
             let plain = renderer.bytes_created();
             let light = scene.lights[0];
-            renderer.set_lights(&[AreaLight { corner: light.corner + Vec3::X * 0.1, ..light }]).unwrap();
+            renderer.set_lights(&[light.moved(Vec3::X * 0.1)]).unwrap();
             renderer.set_camera(Camera { fov_y_deg: 30.0, ..scene.camera }).unwrap();
             assert_eq!(renderer.bytes_created(), plain);
             image(&bench, &mut renderer);

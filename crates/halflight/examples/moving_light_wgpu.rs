@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, &scene, &config)?;
     let rgb = |[r, g, b, _]: [f32; 4]| Vec3::new(r, g, b);
     for frame in 0..FRAMES {
-        let moved = |light: &AreaLight| AreaLight { corner: light.corner + STEP * frame as f32, ..*light };
+        let moved = |light: &AreaLight| light.moved(STEP * frame as f32);
         let lights: Vec<AreaLight> = scene.lights.iter().map(moved).collect();
         renderer.set_lights(&lights)?;
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
