@@ -118,13 +118,8 @@ mod tests {
     const PIXELS: usize = (WIDTH * HEIGHT) as usize;
 
     fn light() -> AreaLight {
-        AreaLight {
-            corner: Vec3::new(-1.0, 2.0, -1.0),
-            edge_u: Vec3::X,
-            edge_v: Vec3::Z,
-            radiance: Vec3::new(5.0, 3.0, 2.0),
-            two_sided: true,
-        }
+        let corner = Vec3::new(-1.0, 2.0, -1.0);
+        AreaLight::parallelogram(corner, Vec3::X, Vec3::Z, Vec3::new(5.0, 3.0, 2.0)).two_sided()
     }
 
     fn floor() -> GBuffer {
