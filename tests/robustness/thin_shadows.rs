@@ -48,7 +48,7 @@ fn missed(stage: &Stage, certify: bool) -> (usize, f64) {
         let builder = config.builder(&stage.prepared);
         builder.layers(true).build().unwrap().render().unwrap().clone()
     };
-    let truth = render(RefinerConfig::Full);
+    let truth = render(RefinerConfig::PerPixel);
     let image = render(RefinerConfig::Lattice(LatticeConfig { certify, ..LatticeConfig::default() }));
     let off = image.visibility.iter().zip(&truth.visibility).filter(|(a, b)| (*a - *b).abs() > 0.25);
     let spared = 1.0 - image.stats.fragments.total as f64 / truth.stats.fragments.total as f64;

@@ -102,7 +102,7 @@ modules![
     "pyramid",
     "refine/discontinuities",
     "refine/discontinuities_gather",
-    "refine/full",
+    "refine/per_pixel",
     "refine/lattice_request",
     "refine/lattice_split_test",
     "refine/lattice_classify",

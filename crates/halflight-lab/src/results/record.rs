@@ -28,6 +28,7 @@ pub struct Record {
     /// Image height, pixels.
     pub height: u32,
     /// Refiner.
+    #[serde(deserialize_with = "crate::experiment::refiner_name")]
     pub refiner: String,
     /// Constants that the experiment sets: `name=value`, separated by `;`.
     pub parameters: String,
@@ -135,7 +136,7 @@ pub struct Record {
     #[serde(default)]
     pub unprojected: u64,
     /// Mean visible fraction that voxel marching takes away where it is too dark, over all receivers. This column and the
-    /// following six are empty where rows are not `full` and `voxel`.
+    /// following six are empty where rows are not `per-pixel` and `voxel`.
     pub false_shadow: Option<f64>,
     /// Mean visible fraction that voxel marching adds where it is too bright, over all receivers.
     pub false_light: Option<f64>,
@@ -236,6 +237,8 @@ pub fn read_csv(path: &Path) -> Result<Vec<Record>> {
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use halflight_cpu::config::{Named as _, RefinerConfig};
+
     use super::*;
 
     /// A made-up row; `time` and `error` are all that charts look at.
@@ -293,7 +296,7 @@ pub(crate) mod tests {
     fn csv_comes_back_as_it_was() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("results.csv");
-        let mut equal = finished("full", "bilinear", 3.0, 0.0).record;
+        let mut equal = finished("per-pixel", "bilinear", 3.0, 0.0).record;
         equal.psnr = None;
         (equal.flicker_mean, equal.flicker_nmse2) = (Some(1e-3 / 3.0), Some(0.0));
         (equal.false_shadow, equal.off_share, equal.missed) = (Some(1.0 / 3.0), Some(0.0), Some(7));
@@ -325,12 +328,14 @@ pub(crate) mod tests {
         for table in tables {
             let rows = read_csv(&table).unwrap_or_else(|fault| panic!("{}: {fault}", table.display()));
             assert!(rows.iter().all(|row| row.total_ms > 0.0), "{}", table.display());
+            let known = |row: &Record| RefinerConfig::NAMES.contains(&row.refiner.as_str());
+            assert!(rows.iter().all(known), "{}", table.display());
         }
     }
 
     #[test]
     fn errors_near_the_reference_s_noise_are_flagged() {
-        assert!(!finished("full", "bilinear", 1.0, 17e-7).record.near_noise());
-        assert!(finished("full", "bilinear", 1.0, 15e-7).record.near_noise());
+        assert!(!finished("per-pixel", "bilinear", 1.0, 17e-7).record.near_noise());
+        assert!(finished("per-pixel", "bilinear", 1.0, 15e-7).record.near_noise());
     }
 }
