@@ -97,7 +97,7 @@ fn what_cannot_be_rendered_is_refused() {
     assert!(matches!(refused(&scene, &triangulated), GpuError::Unsupported { stage: "delaunay", .. }));
     let refiner = RefinerConfig::Lattice(LatticeConfig { certify: true, ..LatticeConfig::default() });
     let error = refused(&scene, &PipelineConfig { refiner, ..config });
-    assert!(matches!(error, GpuError::Unsupported { .. }) && error.to_string().contains("proofs"));
+    assert!(matches!(error, GpuError::Unsupported { .. }) && error.to_string().contains("certificates"));
     let module = shader_module("visibility/bvh").unwrap().replace("fn occluded", "fn hidden");
     let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
     let other = Renderer::with_visibility(device, queue, &scene, &config, &module);

@@ -64,7 +64,7 @@ fn with_proofs_no_thin_shadow_is_missed() {
         let (missed_without, _) = missed(&stage, false);
         let (missed_with, spared) = missed(&stage, true);
         println!(
-            "{name}: {missed_without} missed without proofs, {missed_with} with them, {spared:.2} spared"
+            "{name}: {missed_without} missed without certificates, {missed_with} with them, {spared:.2} spared"
         );
         assert_eq!(missed_with, 0, "{name}");
         assert!(spared > 0.05, "{name}: all was traced");

@@ -161,14 +161,14 @@ pub(crate) struct Choices {
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<(u32, u32)>,
     /// Device that renders: the CPU, or the fastest GPU with a driver for Vulkan, Direct3D 12 or Metal, which has
-    /// no proofs and no triangulation.
+    /// no certificates and no triangulation.
     #[arg(long, default_value = "cpu", value_parser = PossibleValuesParser::new(DEVICES))]
     pub(crate) device: String,
     /// NMSE₂ to come down to: the lattice with as many light samples and as fine cells as that takes. What is to be expected
     /// is among the statistics [default: 1e-4, unless samples or other stages are chosen].
     #[arg(long, value_name = "NMSE2", value_parser = target, conflicts_with_all = ["refiner", "upsampler", "shading", "samples"])]
     pub(crate) error: Option<f32>,
-    /// Interpolate only where it is proved that no thin shadow is missed. The lattice with a backend that proves things:
+    /// Interpolate only where it is certified that no thin shadow is missed. The lattice with a backend that certifies:
     /// bvh, beam or auto.
     #[arg(long, conflicts_with_all = ["refiner", "upsampler", "shading"])]
     pub(crate) certify: bool,

@@ -29,15 +29,15 @@ fn an_error_to_come_down_to_and_proofs_are_reported() {
     assert_eq!(stats["config"]["upsampler"], "lattice");
     let expected = stats["expected_nmse2"].as_f64().unwrap();
     assert!(expected > 0.0 && expected < 1e-2, "{expected}");
-    let counts = stats["proofs"].as_object().unwrap().values().map(|count| count.as_u64().unwrap());
-    let proofs: Vec<u64> = counts.collect();
-    assert!(proofs.iter().sum::<u64>() > 1000 && proofs.iter().filter(|&&count| count > 0).count() > 1);
+    let counts = stats["certified"].as_object().unwrap().values().map(|count| count.as_u64().unwrap());
+    let certified: Vec<u64> = counts.collect();
+    assert!(certified.iter().sum::<u64>() > 1000 && certified.iter().filter(|&&count| count > 0).count() > 1);
     for (options, words) in [
         ("--error 0", "above 0"),
         ("--error 2", "less than 1"),
         ("--error 1e-4 --samples 16", "--samples"),
         ("--certify --refiner per-pixel", "--refiner"),
-        ("--certify --visibility voxel", "proves nothing"),
+        ("--certify --visibility voxel", "certifies nothing"),
     ] {
         let message = place.bad(&format!("{SMALL} {options} --png b.png"));
         assert!(message.contains(words), "{options}: {message}");
@@ -57,11 +57,11 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
         names,
         [
             "build_ms",
+            "certified",
             "config",
             "expected_nmse2",
             "fragments",
             "peak_bytes",
-            "proofs",
             "rays",
             "stages_ms",
             "total_ms",
@@ -76,7 +76,7 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
     stages.sort_unstable();
     assert_eq!(
         stages,
-        ["compose", "gbuffer", "irradiance", "prove", "pyramid", "refine", "upsample", "visibility"]
+        ["certify", "compose", "gbuffer", "irradiance", "pyramid", "refine", "upsample", "visibility"]
     );
     let mut rays = keys(&stats["rays"]);
     rays.sort_unstable();

@@ -459,13 +459,13 @@ impl State {
         let mut expected = Some(0.0);
         for (number, light) in (0..).zip(&scene.lights) {
             clock = Instant::now();
-            let before = stats.stages_ms.prove;
+            let before = stats.stages_ms.certify;
             let mut watched = Watched {
                 inner: visibility.as_mut(),
                 light,
                 rays: &mut stats.rays,
                 ms: 0.0,
-                prove_ms: &mut stats.stages_ms.prove,
+                certify_ms: &mut stats.stages_ms.certify,
                 refusal: None,
             };
             buffers.fragments.reset(width, height, number);
@@ -476,8 +476,8 @@ impl State {
             }
             buffers.fragments.validate(gbuffer)?;
             stats.stages_ms.visibility += traced_ms;
-            stats.stages_ms.refine += lap(&mut clock) - traced_ms - (stats.stages_ms.prove - before);
-            stats.proofs += refined.certified;
+            stats.stages_ms.refine += lap(&mut clock) - traced_ms - (stats.stages_ms.certify - before);
+            stats.certified += refined.certified;
             expected = expected.zip(refined.expected_error).map(|(sum, error)| sum + error);
 
             let fragments = &buffers.fragments;
@@ -571,7 +571,7 @@ struct Watched<'a> {
     light: &'a AreaLight,
     rays: &'a mut RayCounts,
     ms: f64,
-    prove_ms: &'a mut f64,
+    certify_ms: &'a mut f64,
     refusal: Option<Unsupported>,
 }
 
@@ -596,9 +596,15 @@ impl Visibility for Watched<'_> {
         self.inner.supports(pattern)
     }
 
-    fn certify(&mut self, frame: &Frame, light: u32, regions: &[Region], proofs: &mut Vec<Certificate>) {
+    fn certify(
+        &mut self,
+        frame: &Frame,
+        light: u32,
+        regions: &[Region],
+        certificates: &mut Vec<Certificate>,
+    ) {
         let start = Instant::now();
-        self.inner.certify(frame, light, regions, proofs);
-        *self.prove_ms += start.elapsed().as_secs_f64() * 1e3;
+        self.inner.certify(frame, light, regions, certificates);
+        *self.certify_ms += start.elapsed().as_secs_f64() * 1e3;
     }
 }

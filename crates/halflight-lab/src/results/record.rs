@@ -102,13 +102,13 @@ pub struct Record {
     /// Time to prepare the backend, once a frame; part of `visibility_ms`.
     #[serde(default)]
     pub prepare_ms: f64,
-    /// Receivers proved to see all of the light; these counts are those of [`VisibilityStats`](halflight_core::stats::VisibilityStats).
+    /// Receivers certified to see all of the light; these counts are those of [`VisibilityStats`](halflight_core::stats::VisibilityStats).
     #[serde(default)]
     pub lit: u64,
-    /// Receivers proved to see nothing of the light.
+    /// Receivers certified to see nothing of the light.
     #[serde(default)]
     pub umbra: u64,
-    /// Rays that these proofs spared.
+    /// Rays that these certificates spared.
     #[serde(default)]
     pub spared: u64,
     /// Receivers that shared a list of triangles.
@@ -159,16 +159,20 @@ pub struct Record {
     pub flicker_nmse2: Option<f64>,
     /// NMSE₂ that the refiner expects, where it has an error target.
     pub expected_nmse2: Option<f64>,
-    /// Receiver pixels in cells proved lit. This column and the following four are empty where no proofs are asked for.
-    pub proved_lit: Option<u64>,
-    /// Receiver pixels proved to be in the umbra.
-    pub proved_umbra: Option<u64>,
-    /// Receiver pixels whose visible fraction was proved to vary little.
-    pub proved_bounded: Option<u64>,
+    /// Receiver pixels in cells certified to be lit. This column and the following four are empty where no certificates are asked for.
+    #[serde(alias = "proved_lit")]
+    pub certified_lit: Option<u64>,
+    /// Receiver pixels certified to be in the umbra.
+    #[serde(alias = "proved_umbra")]
+    pub certified_umbra: Option<u64>,
+    /// Receiver pixels whose visible fraction was certified to vary little.
+    #[serde(alias = "proved_bounded")]
+    pub certified_bounded: Option<u64>,
     /// Receiver pixels that were traced.
     pub traced: Option<u64>,
-    /// Time of the proofs.
-    pub prove_ms: Option<f64>,
+    /// Time of the certificates.
+    #[serde(alias = "prove_ms")]
+    pub certify_ms: Option<f64>,
 }
 
 /// Finished row.
@@ -315,7 +319,7 @@ pub(crate) mod tests {
              prepare_ms,lit,umbra,spared,listed,walked,left_to_rays,entries,pairs,kept,relevant,unprojected,\
              false_shadow,false_light,off_share,self_occlusion,thickness,out_of_view,missed,\
              flicker_mean,flicker_p99,flicker_nmse2,\
-             expected_nmse2,proved_lit,proved_umbra,proved_bounded,traced,prove_ms"
+             expected_nmse2,certified_lit,certified_umbra,certified_bounded,traced,certify_ms"
         );
     }
 
