@@ -19,7 +19,7 @@ fn bench(c: &mut Criterion) {
     let threads = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
     for name in ["atrium", "nave", "hairball"] {
         let (scene, bvh) = scene(name).unwrap();
-        let pipeline = warm(&scene, &bvh, "full").unwrap();
+        let pipeline = warm(&scene, &bvh, "per-pixel").unwrap();
         let gbuffer = pipeline.gbuffer();
         let mut group = c.benchmark_group(format!("backends/{name}"));
         group.sample_size(10);

@@ -16,11 +16,11 @@ use halflight_benches::{HEIGHT, WIDTH, scene};
 fn bench(c: &mut Criterion) {
     let gpu = Gpu::find().unwrap();
     let (scene, _) = scene("atrium").unwrap();
-    let full = VisibilityConfig::NAMES.iter().map(|&visibility| ("full", visibility));
-    let refined = RefinerConfig::NAMES.iter().filter(|&&name| name != "full").map(|&name| (name, "bvh"));
+    let per_pixel = VisibilityConfig::NAMES.iter().map(|&visibility| ("per-pixel", visibility));
+    let refined = RefinerConfig::NAMES.iter().filter(|&&name| name != "per-pixel").map(|&name| (name, "bvh"));
     let mut group = c.benchmark_group(format!("gpu/{}", gpu.adapter.get_info().name));
     group.sample_size(10).warm_up_time(Duration::from_millis(1));
-    for (refiner, visibility) in full.chain(refined) {
+    for (refiner, visibility) in per_pixel.chain(refined) {
         let config = PipelineConfig {
             width: WIDTH,
             height: HEIGHT,

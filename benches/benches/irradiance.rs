@@ -16,7 +16,7 @@ fn bench(c: &mut Criterion) {
     let (scene, bvh) = scene("atrium").unwrap();
     let mut group = c.benchmark_group("irradiance");
     group.sample_size(20);
-    for refiner in ["full", "sfvt-gass"] {
+    for refiner in ["per-pixel", "sfvt-gass"] {
         let pipeline = warm(&scene, &bvh, refiner).unwrap();
         let (gbuffer, pyramid) = (pipeline.gbuffer(), Pyramid::default());
         let pattern = Pattern::with_count(PatternKind::Jittered, 64).unwrap();
@@ -35,7 +35,7 @@ fn bench(c: &mut Criterion) {
             });
         });
     }
-    let pipeline = warm(&scene, &bvh, "full").unwrap();
+    let pipeline = warm(&scene, &bvh, "per-pixel").unwrap();
     let gbuffer = pipeline.gbuffer();
     let receivers = (0..gbuffer.pixels()).filter_map(|pixel| gbuffer.receiver(pixel));
     let (origins, normals): (Vec<Vec3>, Vec<Vec3>) = receivers.map(|r| (r.origin, r.normal)).unzip();

@@ -8,7 +8,7 @@ use halflight_benches::{scene, warm};
 
 fn bench(c: &mut Criterion) {
     let (scene, bvh) = scene("atrium").unwrap();
-    let pipeline = warm(&scene, &bvh, "full").unwrap();
+    let pipeline = warm(&scene, &bvh, "per-pixel").unwrap();
     let mut pyramid = Pyramid::default();
     let mut group = c.benchmark_group("pyramid");
     group.sample_size(20);

@@ -25,7 +25,7 @@ fn bench(c: &mut Criterion) {
     let thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     for name in ["atrium", "nave", "hairball"] {
         let (scene, bvh) = scene(name).unwrap();
-        let pipeline = warm(&scene, &bvh, "full").unwrap();
+        let pipeline = warm(&scene, &bvh, "per-pixel").unwrap();
         let gbuffer = pipeline.gbuffer();
         let (pyramid, sharing) = (Pyramid::default(), Sharing::Receiver);
         let mut group = c.benchmark_group(format!("visibility/{name}"));

@@ -48,7 +48,7 @@ fn exact_backends_say_what_brute_force_says() {
     for name in ["atrium", "nave", "hairball", "tree", "soup"] {
         let stage = Stage::bundled(name).unwrap();
         for kind in [PatternKind::ShiftedRows, PatternKind::Jittered] {
-            let config = PipelineConfig { width: 6, height: 4, ..config("full", "bvh", kind, 4) };
+            let config = PipelineConfig { width: 6, height: 4, ..config("per-pixel", "bvh", kind, 4) };
             let mut pipeline = config.builder(&stage.prepared).build().unwrap();
             pipeline.render().unwrap();
             let (gbuffer, pyramid, batch) =
@@ -101,6 +101,6 @@ fn voxels_are_near_the_truth_and_not_the_truth() {
 #[test]
 fn jitter_is_refused_by_4d_rasterization() {
     let stage = Stage::bundled("contact").unwrap();
-    let fault = stage.render(&config("full", "raster4d", PatternKind::Jittered, 64)).unwrap_err();
+    let fault = stage.render(&config("per-pixel", "raster4d", PatternKind::Jittered, 64)).unwrap_err();
     assert!(fault.to_string().contains("shifted-rows"), "{fault}");
 }

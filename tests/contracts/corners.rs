@@ -8,7 +8,7 @@ use halflight::fragment::{Fragments, Sample};
 use halflight::frame::Frame;
 use halflight::irradiance::Shading;
 use halflight::mask::Purpose;
-use halflight::refine::Full;
+use halflight::refine::PerPixel;
 use halflight::stages::{RefineOutput, Refiner, Visibility};
 use halflight_tests::{Stage, blocker_over_floor, nmse2};
 
@@ -78,8 +78,8 @@ impl Refiner for Corners {
 #[test]
 fn corner_samples_go_through_every_upsampler() {
     let stage = Stage::new(blocker_over_floor()).unwrap();
-    let mut full = stage.builder().size(160, 120).refiner(Full::default()).build().unwrap();
-    let reference = full.render().unwrap().clone();
+    let mut per_pixel = stage.builder().size(160, 120).refiner(PerPixel::default()).build().unwrap();
+    let reference = per_pixel.render().unwrap().clone();
     for upsampler in UpsamplerConfig::all() {
         for shading in [Shading::Sampled, Shading::Ratio] {
             let builder = stage.builder().size(160, 120).refiner(Corners).shading(shading);

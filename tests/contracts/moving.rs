@@ -78,7 +78,7 @@ fn a_moved_mesh_gives_the_image_of_a_new_pipeline() {
 #[test]
 fn a_shifted_view_is_a_part_of_a_larger_one() {
     let stage = Stage::bundled("atrium").unwrap();
-    let refiner = halflight::config::RefinerConfig::Full;
+    let refiner = halflight::config::RefinerConfig::PerPixel;
     let voxel = VisibilityConfig::Voxel(Default::default());
     for (visibility, most) in [(VisibilityConfig::Auto, 2e-3), (voxel, 2e-2)] {
         let large = PipelineConfig { refiner, upsampler: refiner.upsampler(), ..config(visibility) };

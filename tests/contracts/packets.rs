@@ -7,7 +7,7 @@ use halflight::hash;
 use halflight::mask::{MaskBatch, Purpose};
 use halflight::pattern::{Pattern, PatternKind};
 use halflight::pyramid::Pyramid;
-use halflight::refine::Full;
+use halflight::refine::PerPixel;
 use halflight::stages::Visibility;
 use halflight_tests::Stage;
 
@@ -36,7 +36,7 @@ fn packets_equal_single_rays_on_three_scenes() {
     let mut rays = 0;
     for name in ["atrium", "nave", "hairball"] {
         let stage = Stage::bundled(name).unwrap();
-        let mut pipeline = stage.builder().size(96, 72).refiner(Full::default()).build().unwrap();
+        let mut pipeline = stage.builder().size(96, 72).refiner(PerPixel::default()).build().unwrap();
         pipeline.render().unwrap();
         let gbuffer = pipeline.gbuffer();
         let full = Pattern { kind: PatternKind::Jittered, columns: 8, rows: 8 };
@@ -96,7 +96,7 @@ impl Visibility for Wrong {
 #[test]
 fn the_comparison_notices_one_wrong_bit() {
     let stage = Stage::bundled("contact").unwrap();
-    let mut pipeline = stage.builder().size(8, 8).refiner(Full::default()).build().unwrap();
+    let mut pipeline = stage.builder().size(8, 8).refiner(PerPixel::default()).build().unwrap();
     pipeline.render().unwrap();
     let gbuffer = pipeline.gbuffer();
     let pattern = Pattern { kind: PatternKind::Grid, columns: 4, rows: 4 };

@@ -72,19 +72,25 @@ impl Visibility for Bright {
         parts.visible.copy_from_slice(parts.wanted);
     }
 
-    fn certify(&mut self, _frame: &Frame, _light: u32, regions: &[Region], proofs: &mut Vec<Certificate>) {
-        proofs.clear();
-        proofs.resize(regions.len(), Certificate::Lit);
+    fn certify(
+        &mut self,
+        _frame: &Frame,
+        _light: u32,
+        regions: &[Region],
+        certificates: &mut Vec<Certificate>,
+    ) {
+        certificates.clear();
+        certificates.resize(regions.len(), Certificate::Lit);
     }
 }
 
 #[test]
-fn a_backend_from_outside_can_prove() {
+fn a_backend_from_outside_can_certify() {
     let stage = Stage::new(blocker_over_floor()).unwrap();
     let lattice = Lattice::new(LatticeConfig { certify: true, ..LatticeConfig::default() });
     let builder = stage.builder().size(64, 48).refiner(lattice).visibility(Bright);
-    let proofs = builder.build().unwrap().render().unwrap().stats.proofs;
-    assert!(proofs.lit > 0 && proofs.umbra == 0 && proofs.bounded == 0, "{proofs:?}");
+    let certificates = builder.build().unwrap().render().unwrap().stats.certified;
+    assert!(certificates.lit > 0 && certificates.umbra == 0 && certificates.bounded == 0, "{certificates:?}");
 }
 
 /// Refiner with one cell over the whole image, and a number of additional ones.

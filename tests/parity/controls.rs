@@ -5,7 +5,7 @@ use halflight::irradiance::Shading;
 use halflight::refine::{LatticeConfig, NicholsConfig, SfvtGassConfig};
 
 use crate::device::Bench;
-use crate::scenes::{Twins, full};
+use crate::scenes::{Twins, per_pixel};
 use crate::upsamplers::with_defaults;
 use crate::whole::nmse2;
 use crate::{gbuffers, masks, refiners, upsamplers};
@@ -43,7 +43,7 @@ fn notices_in(
 #[test]
 fn surfaces() {
     let Some(bench) = Bench::open() else { return };
-    let config = full(160, 120, Shading::Ratio);
+    let config = per_pixel(160, 120, Shading::Ratio);
     let twins = Twins::render(&bench, "toys", &config, false);
     let check = |twins: &Twins| match gbuffers::compare(&bench, twins)? {
         others if others * 200 >= 160 * 120 => Err(others.to_string()),
@@ -74,7 +74,7 @@ fn light_samples() {
         ["visibility/horizon", "return above == 4u;", "return true;"],
         ["visibility/masks", "if adds_light(receiver, end)", "if true"],
     ];
-    notices(&bench, "atrium", &full(80, 60, Shading::Ratio), check, &wrong);
+    notices(&bench, "atrium", &per_pixel(80, 60, Shading::Ratio), check, &wrong);
 }
 
 #[test]
@@ -92,13 +92,13 @@ fn shading() {
         ["shared/unshadowed", "visible_polygon(origin, up);", "visible_polygon(origin + up * 1e-2, up);"],
         ["shared/sums", "lit += term;", "lit += 1.001 * term;"],
     ];
-    notices(&bench, "toys", &full(96, 72, Shading::Ratio), check, &ratio);
+    notices(&bench, "toys", &per_pixel(96, 72, Shading::Ratio), check, &ratio);
     let sampled = [
         ["shared/light", "receiver * emitter / (squared * squared)", "receiver * emitter / squared"],
         ["shared/sums", "f32(sums.count)", "f32(sums.count + 1u)"],
         ["irradiance", "sums_sampled(query_sums(query))", "query_fraction(query)"],
     ];
-    notices(&bench, "toys", &full(96, 72, Shading::Sampled), check, &sampled);
+    notices(&bench, "toys", &per_pixel(96, 72, Shading::Sampled), check, &sampled);
 }
 
 #[test]
@@ -123,7 +123,7 @@ fn refiners() {
         ["refine/nichols_commit", "if flagged || broken {", "if broken {"],
         ["shared/votes", "select(1u, 2u, INTERLEAVED)", "select(0u, 1u, INTERLEAVED)"],
     ];
-    let config = |refiner| PipelineConfig { refiner, ..full(110, 83, Shading::Ratio) };
+    let config = |refiner| PipelineConfig { refiner, ..per_pixel(110, 83, Shading::Ratio) };
     let refiner = RefinerConfig::Nichols(NicholsConfig::default());
     notices(&bench, "toys", &config(refiner), check, &[&shared[..], &nichols].concat());
     let sfvt = [
@@ -142,7 +142,7 @@ fn the_lattice() {
     let Some(bench) = Bench::open() else { return };
     let refiner = RefinerConfig::Lattice(LatticeConfig::default());
     let upsampler = UpsamplerConfig::Lattice(Default::default());
-    let config = PipelineConfig { refiner, upsampler, ..full(140, 100, Shading::Ratio) };
+    let config = PipelineConfig { refiner, upsampler, ..per_pixel(140, 100, Shading::Ratio) };
     let wrong = [
         [
             "refine/discontinuities",
@@ -192,7 +192,7 @@ fn upsamplers() {
         ],
     ];
     for ((upsampler, tolerance), wrong) in with_defaults().into_iter().zip(wrong) {
-        let config = PipelineConfig { refiner, upsampler, ..full(110, 83, Shading::Ratio) };
+        let config = PipelineConfig { refiner, upsampler, ..per_pixel(110, 83, Shading::Ratio) };
         let check = |twins: &Twins| upsamplers::check(&bench, twins, &config, tolerance);
         notices(&bench, "toys", &config, check, wrong);
     }

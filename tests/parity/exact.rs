@@ -15,12 +15,12 @@ use std::sync::Arc;
 
 use crate::device::Bench;
 use crate::masks::compare;
-use crate::scenes::{SCENES, Twins, bundled, full};
+use crate::scenes::{SCENES, Twins, bundled, per_pixel};
 use crate::whole::nmse2;
 
 fn with(visibility: VisibilityConfig, kind: PatternKind) -> PipelineConfig {
     let sampling = LightSampling { kind, ..LightSampling::default() };
-    PipelineConfig { visibility, sampling, ..full(64, 48, Shading::Ratio) }
+    PipelineConfig { visibility, sampling, ..per_pixel(64, 48, Shading::Ratio) }
 }
 
 fn beams() -> PipelineConfig {
@@ -173,7 +173,7 @@ fn devices_that_bind_too_few_buffers_are_refused() {
     for config in [beams(), raster4d()] {
         assert!(matches!(renderer(&config).unwrap_err(), GpuError::TooLarge { limit: 8, needed: 9, .. }));
     }
-    assert!(renderer(&full(64, 48, Shading::Ratio)).is_ok());
+    assert!(renderer(&per_pixel(64, 48, Shading::Ratio)).is_ok());
 }
 
 #[test]
@@ -202,7 +202,7 @@ fn lamps_in_ceilings_shine() {
     for (step, two_sided) in [(0, false), (1, true), (2, false), (3, true)] {
         let height = 2.2 + 0.073 * f64::from(step);
         let stage = Stage::new(Room { height, two_sided, ..Room::default() }.scene()).unwrap();
-        for config in [beams(), raster4d(), full(32, 24, Shading::Ratio)] {
+        for config in [beams(), raster4d(), per_pixel(32, 24, Shading::Ratio)] {
             let twins = Twins::of(&bench, stage.clone(), &config, true);
             assert_eq!(twins.gpu.flush_lights(), twins.cpu.flush_lights());
             assert_eq!(twins.gpu.flush_lights().len(), 1);

@@ -11,7 +11,7 @@ use halflight_gpu::{Gpu, GpuError, GpuStats, Inputs, Inside, Renderer, shader_mo
 use halflight_tests::blocker_over_floor;
 
 use crate::device::Bench;
-use crate::scenes::{bundled, full};
+use crate::scenes::{bundled, per_pixel};
 
 /// Renderer whose query lists have a fraction of their capacity.
 fn cramped(bench: &Bench, config: &PipelineConfig, share: u32, modules: &[&'static str]) -> Renderer {
@@ -41,13 +41,13 @@ fn overflow(bench: &Bench, gpu: &mut Renderer) -> (GpuStats, Vec<[f32; 4]>, usiz
 #[test]
 fn queries_without_room_are_counted_and_others_are_as_they_were() {
     let Some(bench) = Bench::open() else { return };
-    let config = full(64, 48, Shading::Ratio);
+    let config = per_pixel(64, 48, Shading::Ratio);
     let mut plain = bench.renderer(&bundled("toys").scene, &config).unwrap();
     let stats = bench.render(&mut plain, &Inputs::default());
     let expected: Vec<[f32; 4]> = bench.read(plain.image());
     let all: u64 = stats.frame.fragments.per_level.iter().sum();
     let (stats, image, left) =
-        overflow(&bench, &mut cramped(&bench, &config, 8, &["refine/full", "indirect_arguments"]));
+        overflow(&bench, &mut cramped(&bench, &config, 8, &["refine/per_pixel", "indirect_arguments"]));
     assert_eq!(stats.lost, all - 64 * 48 / 8);
     assert_eq!(left, 64 * 48 * 7 / 8);
     // Pixels have their value or none.
@@ -79,7 +79,7 @@ fn refiners_survive_lists_that_overflow() {
             UpsamplerConfig::RbfRobust(Default::default())
         };
         // 109 × 83 pixels: shares of these are no multiple of a cell's queries.
-        let config = PipelineConfig { refiner, upsampler, ..full(109, 83, Shading::Ratio) };
+        let config = PipelineConfig { refiner, upsampler, ..per_pixel(109, 83, Shading::Ratio) };
         let mut plain = bench.renderer(&bundled("toys").scene, &config).unwrap();
         bench.render(&mut plain, &Inputs::default());
         let expected: Vec<[f32; 4]> = bench.read(plain.image());
@@ -101,7 +101,7 @@ fn tasks_without_room_are_counted() {
     let Some(bench) = Bench::open() else { return };
     let sampling = LightSampling { kind: PatternKind::ShiftedRows, ..LightSampling::default() };
     let visibility = VisibilityConfig::named("raster4d").unwrap();
-    let config = PipelineConfig { visibility, sampling, ..full(64, 48, Shading::Ratio) };
+    let config = PipelineConfig { visibility, sampling, ..per_pixel(64, 48, Shading::Ratio) };
     let text = shader_module("visibility/raster4d_scan").unwrap();
     assert!(text.contains("SIDE * SIDE"));
     let scene = &bundled("toys").scene;
@@ -119,7 +119,7 @@ fn lost_devices_give_errors_and_no_panic() {
     for name in ["bvh", "voxel"] {
         let Some(bench) = Bench::open() else { return };
         let visibility = VisibilityConfig::named(name).unwrap();
-        lost_device(&bench, &PipelineConfig { visibility, ..full(32, 24, Shading::Ratio) });
+        lost_device(&bench, &PipelineConfig { visibility, ..per_pixel(32, 24, Shading::Ratio) });
     }
 }
 

@@ -8,7 +8,7 @@ use halflight_tests::{Stage, blocker_over_floor};
 use std::sync::Arc;
 
 use crate::device::Bench;
-use crate::scenes::{SCENES, Twins, full};
+use crate::scenes::{SCENES, Twins, per_pixel};
 
 /// Compares a rasterized G-buffer; returns the number of pixels with another triangle, or the fault of one of
 /// the others.
@@ -49,7 +49,7 @@ pub(crate) fn compare(bench: &Bench, twins: &Twins) -> Result<usize, String> {
 fn pixels_see_the_same_triangles() {
     let Some(bench) = Bench::open() else { return };
     for scene in SCENES {
-        let twins = Twins::render(&bench, scene, &full(160, 120, Shading::Ratio), false);
+        let twins = Twins::render(&bench, scene, &per_pixel(160, 120, Shading::Ratio), false);
         let others = compare(&bench, &twins).unwrap_or_else(|off| panic!("{scene}: {off}"));
         // Rasterization rounds corners to 1/256 of a pixel: pixel centres that are as near to an outline may
         // see its other side. Almost all pixels are farther from all outlines.
@@ -77,7 +77,7 @@ fn textures_are_decoded_and_placed_alike() {
     mesh.material_ids = vec![0, 0, 1, 1];
     let place = |position: &Vec3| Vec2::new(position.x * 0.13, position.z * 0.21 - 7.3);
     mesh.uvs = mesh.positions.iter().map(place).collect();
-    let config = full(160, 120, Shading::Ratio);
+    let config = per_pixel(160, 120, Shading::Ratio);
     let mut twins = Twins::of(&bench, Stage::new(scene).unwrap(), &config, false);
     // A unit in the last place of a texture coordinate of 8, times 32 texels from black to white.
     assert!(albedo_off(&bench, &twins) < 1e-3);

@@ -8,7 +8,7 @@ use halflight_gpu::{GpuError, Inputs, required_limits};
 use halflight_tests::blocker_over_floor;
 
 use crate::device::Bench;
-use crate::scenes::{Twins, bundled, full};
+use crate::scenes::{Twins, bundled, per_pixel};
 use crate::upsamplers::with_defaults;
 use crate::{masks, refiners, upsamplers};
 
@@ -26,7 +26,7 @@ fn small() -> Limits {
 
 fn all_refiners() -> [RefinerConfig; 4] {
     [
-        RefinerConfig::Full,
+        RefinerConfig::PerPixel,
         RefinerConfig::Nichols(NicholsConfig::default()),
         RefinerConfig::SfvtGass(SfvtGassConfig::default()),
         RefinerConfig::Lattice(LatticeConfig::default()),
@@ -38,16 +38,16 @@ fn config(refiner: RefinerConfig) -> PipelineConfig {
         RefinerConfig::Lattice(_) => UpsamplerConfig::Lattice(Default::default()),
         _ => UpsamplerConfig::RbfRobust(Default::default()),
     };
-    PipelineConfig { refiner, upsampler, ..full(110, 83, Shading::Ratio) }
+    PipelineConfig { refiner, upsampler, ..per_pixel(110, 83, Shading::Ratio) }
 }
 
 #[test]
 fn small_devices_render_the_same() {
     let Some(bench) = Bench::open() else { return };
     let bench = bench.limited(small());
-    let [full, nichols, sfvt, lattice] = all_refiners();
+    let [per_pixel, nichols, sfvt, lattice] = all_refiners();
     let twins = |config: &PipelineConfig| Twins::render(&bench, "toys", config, true);
-    let (flips, rays) = masks::compare(&bench, &twins(&config(full))).unwrap();
+    let (flips, rays) = masks::compare(&bench, &twins(&config(per_pixel))).unwrap();
     assert!(flips * 100_000 <= rays, "{flips} of {rays}");
     for refiner in [nichols, sfvt] {
         refiners::check(&bench, &twins(&config(refiner)), Shading::Ratio).unwrap();
@@ -90,7 +90,7 @@ fn what_a_device_cannot_bind_or_run_is_refused() {
         assert!(matches!(error, GpuError::Shader { .. }) && error.to_string().contains("32"), "{error}");
     }
     let crowded = Limits { max_compute_workgroup_storage_size: 4096, ..small() };
-    assert_eq!(refused(refusal(crowded, RefinerConfig::Full)), ("bytes of shared memory", 4096));
+    assert_eq!(refused(refusal(crowded, RefinerConfig::PerPixel)), ("bytes of shared memory", 4096));
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn what_does_not_fit_is_refused_and_never_cut_off() {
     ] {
         let bench = bench.limited(limits);
         // 256² points of 16 bytes are a mebibyte, and so are the queries of this refiner.
-        let config = full(256, 256, Shading::Ratio);
+        let config = per_pixel(256, 256, Shading::Ratio);
         let mut gpu = bench.renderer(&scene, &config).unwrap();
         assert_eq!(refused(gpu.resize(257, 256).unwrap_err()), ("bytes", MIB));
         let larger = PipelineConfig { width: 257, ..config };
@@ -116,10 +116,13 @@ fn what_does_not_fit_is_refused_and_never_cut_off() {
     }
     let tiny = bench.limited(Limits { max_storage_buffer_binding_size: MIB / 16, ..small() });
     let toys = &bundled("toys").scene;
-    assert_eq!(refused(tiny.renderer(toys, &full(16, 16, Shading::Ratio)).unwrap_err()), ("bytes", MIB / 16));
+    assert_eq!(
+        refused(tiny.renderer(toys, &per_pixel(16, 16, Shading::Ratio)).unwrap_err()),
+        ("bytes", MIB / 16)
+    );
     // The largest images, in bytes and in pixels along a side, that WebGPU promises.
     let plain = bench.limited(required_limits());
-    let mut gpu = plain.renderer(&scene, &full(16, 16, Shading::Ratio)).unwrap();
+    let mut gpu = plain.renderer(&scene, &per_pixel(16, 16, Shading::Ratio)).unwrap();
     assert_eq!(refused(gpu.resize(8192, 8192).unwrap_err()), ("bytes", 128 * MIB));
     assert_eq!(refused(gpu.resize(8193, 1).unwrap_err()), ("pixels along a side", 8192));
     gpu.resize(8192, 1).unwrap();

@@ -11,7 +11,7 @@ use halflight_tests::Stage;
 
 use crate::device::Bench;
 use crate::rays::clearance;
-use crate::scenes::{SCENES, Twins, full};
+use crate::scenes::{SCENES, Twins, per_pixel};
 
 /// Masks of the GPU by pixel: key, wanted, visible.
 pub(crate) fn gpu_masks(
@@ -83,7 +83,7 @@ pub(crate) fn compare(bench: &Bench, twins: &Twins) -> Result<(usize, usize), St
 fn rays_are_decided_as_on_the_cpu() {
     let Some(bench) = Bench::open() else { return };
     for scene in SCENES {
-        let twins = Twins::render(&bench, scene, &full(80, 60, Shading::Ratio), true);
+        let twins = Twins::render(&bench, scene, &per_pixel(80, 60, Shading::Ratio), true);
         let (flips, rays) = compare(&bench, &twins).unwrap();
         // Fewer than one ray in a hundred thousand passes within the rounding error of an edge.
         assert!(rays > 100_000 && flips * 100_000 <= rays, "{scene}: {flips} of {rays}");
@@ -106,7 +106,7 @@ fn patterns_of_all_kinds_and_sizes_have_the_same_samples() {
             (256, Sharing::Receiver),
         ] {
             let sampling = LightSampling { count, kind, sharing };
-            let config = PipelineConfig { sampling, seed: 5, ..full(33, 17, Shading::Ratio) };
+            let config = PipelineConfig { sampling, seed: 5, ..per_pixel(33, 17, Shading::Ratio) };
             let twins = Twins::of(&bench, stage.clone(), &config, true);
             let (flips, rays) = compare(&bench, &twins).unwrap();
             // Samples of grids are aligned with edges of the blocker; rounding decides only a few of these.
@@ -117,8 +117,8 @@ fn patterns_of_all_kinds_and_sizes_have_the_same_samples() {
 
 /// True if the comparison accepts a shader with an alteration.
 fn accepts(bench: &Bench, altered: [&str; 3]) -> bool {
-    let mut twins = Twins::render(bench, "atrium", &full(80, 60, Shading::Ratio), true);
-    twins.alter(bench, &full(80, 60, Shading::Ratio), altered);
+    let mut twins = Twins::render(bench, "atrium", &per_pixel(80, 60, Shading::Ratio), true);
+    twins.alter(bench, &per_pixel(80, 60, Shading::Ratio), altered);
     compare(bench, &twins).is_ok_and(|(flips, rays)| flips * 100_000 <= rays)
 }
 

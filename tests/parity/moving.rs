@@ -12,7 +12,7 @@ use halflight_gpu::{GpuError, Inputs, Renderer};
 use halflight_tests::{Room, blocker_over_floor};
 
 use crate::device::Bench;
-use crate::scenes::{bundled, full};
+use crate::scenes::{bundled, per_pixel};
 
 /// Configurations that together have every stage whose buffers or constants could depend on lights or vertices.
 fn configs() -> Vec<PipelineConfig> {
@@ -25,12 +25,12 @@ fn configs() -> Vec<PipelineConfig> {
         }
         let visibility = VisibilityConfig::named(visibility).unwrap();
         let sampling = LightSampling { kind: PatternKind::ShiftedRows, ..LightSampling::default() };
-        PipelineConfig { refiner, upsampler, visibility, sampling, ..full(64, 48, Shading::Ratio) }
+        PipelineConfig { refiner, upsampler, visibility, sampling, ..per_pixel(64, 48, Shading::Ratio) }
     };
     vec![
         named("lattice", "bvh"),
         named("nichols", "beam"),
-        named("full", "raster4d"),
+        named("per-pixel", "raster4d"),
         named("sfvt-gass", "voxel"),
     ]
 }
@@ -88,7 +88,7 @@ fn lights_become_flush_and_stop_to_be() {
     for two_sided in [false, true] {
         let mut scene = Room { two_sided, ..Room::default() }.scene();
         let flush = scene.lights.clone();
-        let config = full(32, 24, Shading::Ratio);
+        let config = per_pixel(32, 24, Shading::Ratio);
         let away: Vec<AreaLight> = flush.iter().map(|light| light.moved(Vec3::Y * -0.3)).collect();
         scene.lights = away.clone();
         let mut renderer = bench.renderer(&scene, &config).unwrap();
@@ -183,7 +183,7 @@ fn lights_without_room_are_refused() {
     };
     let bench = bench.limited(limits);
     let scene = blocker_over_floor();
-    let mut renderer = bench.renderer(&scene, &full(64, 48, Shading::Ratio)).unwrap();
+    let mut renderer = bench.renderer(&scene, &per_pixel(64, 48, Shading::Ratio)).unwrap();
     let expected = image(&bench, &mut renderer);
     // Uniforms of 512 bytes.
     let error = renderer.set_lights(&vec![scene.lights[0]; 4096]).unwrap_err();

@@ -8,7 +8,7 @@ use halflight_tests::{Stage, blocker_over_floor};
 
 use crate::device::Bench;
 use crate::masks::{compare, gpu_masks};
-use crate::scenes::{Twins, bundled, full};
+use crate::scenes::{Twins, bundled, per_pixel};
 
 /// Module that tests all triangles, one after another.
 const BRUTE_FORCE: &str = "
@@ -41,7 +41,7 @@ fn renderer(bench: &Bench, stage: &Stage, config: &PipelineConfig, text: &str) -
 
 /// Twins whose GPU uses a module.
 fn twins(bench: &Bench, stage: &Stage, text: &str) -> Twins {
-    let config = full(64, 48, Shading::Ratio);
+    let config = per_pixel(64, 48, Shading::Ratio);
     let mut twins = Twins::of(bench, stage.clone(), &config, true);
     twins.gpu = renderer(bench, stage, &config, text).unwrap();
     twins.render_gpu(bench);
@@ -52,9 +52,9 @@ fn twins(bench: &Bench, stage: &Stage, text: &str) -> Twins {
 fn the_same_module_gives_the_same_masks() {
     let Some(bench) = Bench::open() else { return };
     let stage = bundled("toys");
-    let refiners = [RefinerConfig::Full, RefinerConfig::Nichols(NicholsConfig::default())];
+    let refiners = [RefinerConfig::PerPixel, RefinerConfig::Nichols(NicholsConfig::default())];
     for refiner in refiners {
-        let config = PipelineConfig { refiner, ..full(64, 48, Shading::Ratio) };
+        let config = PipelineConfig { refiner, ..per_pixel(64, 48, Shading::Ratio) };
         let mut twins = Twins::of(&bench, stage.clone(), &config, true);
         let words = config.sampling.pattern().unwrap().len().div_ceil(32);
         let masks = |gpu: &Renderer| gpu_masks(&bench, gpu, words);
@@ -103,12 +103,12 @@ fn modules_that_cannot_be_used_say_why() {
         ("//@ needs visibility/nothing\n", "visibility/nothing"),
     ];
     for (text, expected) in bodies {
-        let error = renderer(&bench, &stage, &full(64, 48, Shading::Ratio), text).unwrap_err();
+        let error = renderer(&bench, &stage, &per_pixel(64, 48, Shading::Ratio), text).unwrap_err();
         assert!(matches!(error, GpuError::Shader { .. }), "{text}: {error:?}");
         assert!(error.to_string().contains(expected), "{text}: {error}");
     }
     let Gpu { device, queue, .. } = &bench.gpu;
-    let config = full(64, 48, Shading::Ratio);
+    let config = per_pixel(64, 48, Shading::Ratio);
     let unknown = Renderer::with_modules(device, queue, &stage.scene, &config, &[("visibility/nothing", "")]);
     assert!(unknown.unwrap_err().to_string().contains("visibility/nothing"));
 }

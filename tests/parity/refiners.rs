@@ -11,7 +11,7 @@ use halflight_gpu::Inside;
 
 use crate::device::Bench;
 use crate::masks::{gpu_masks, halves};
-use crate::scenes::{Twins, full, values};
+use crate::scenes::{Twins, per_pixel, values};
 
 /// Refiners with the papers' constants, and with others.
 fn refiners() -> Vec<(&'static str, RefinerConfig)> {
@@ -121,7 +121,7 @@ pub(crate) fn check(bench: &Bench, twins: &Twins, shading: Shading) -> Result<()
 }
 
 fn check_scene(bench: &Bench, scene: &'static str, (name, refiner): (&str, RefinerConfig), shading: Shading) {
-    let config = PipelineConfig { refiner, ..full(110, 83, shading) };
+    let config = PipelineConfig { refiner, ..per_pixel(110, 83, shading) };
     let twins = Twins::render(bench, scene, &config, true);
     check(bench, &twins, shading).unwrap_or_else(|off| panic!("{scene} {name} {shading:?}: {off}"));
 }
@@ -142,7 +142,7 @@ fn cells_and_their_values_are_equal() {
 fn counts_are_those_of_the_cpu() {
     let Some(bench) = Bench::open() else { return };
     for (name, refiner) in refiners() {
-        let config = PipelineConfig { refiner, ..full(97, 61, Shading::Ratio) };
+        let config = PipelineConfig { refiner, ..per_pixel(97, 61, Shading::Ratio) };
         let mut twins = Twins::render(&bench, "toys", &config, true);
         let expected = &twins.cpu.image().stats;
         let stats = bench.render(
@@ -163,7 +163,7 @@ fn the_lattice_is_that_of_the_cpu() {
         let config = PipelineConfig {
             refiner,
             upsampler: UpsamplerConfig::Lattice(Default::default()),
-            ..full(203, 117, shading)
+            ..per_pixel(203, 117, shading)
         };
         let twins = Twins::render(&bench, scene, &config, true);
         check_lattice(&bench, &twins, shading).unwrap_or_else(|off| panic!("{scene} {shading:?}: {off}"));

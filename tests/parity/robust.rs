@@ -12,20 +12,20 @@ use halflight_tests::{Stage, blocker_over_floor};
 use std::sync::Arc;
 
 use crate::device::Bench;
-use crate::scenes::{Twins, bundled, full};
+use crate::scenes::{Twins, bundled, per_pixel};
 use crate::whole::nmse2;
 
 #[test]
 fn sizes_may_change_with_every_frame() {
     let Some(bench) = Bench::open() else { return };
     let stage = Stage::new(blocker_over_floor()).unwrap();
-    let mut gpu = bench.renderer(&stage.scene, &full(64, 48, Shading::Ratio)).unwrap();
+    let mut gpu = bench.renderer(&stage.scene, &per_pixel(64, 48, Shading::Ratio)).unwrap();
     for (width, height) in [(1, 1), (17, 9), (64, 64), (3, 100), (1, 1), (65, 1), (64, 48)] {
         gpu.resize(width, height).unwrap();
         let stats = bench.render(&mut gpu, &Inputs::default());
         let image: Vec<[f32; 4]> = bench.read(gpu.image());
         assert_eq!(image.len(), (width * height) as usize);
-        let expected = stage.render(&full(width, height, Shading::Ratio)).unwrap();
+        let expected = stage.render(&per_pixel(width, height, Shading::Ratio)).unwrap();
         assert!(nmse2(&image, &expected) < 1e-3, "{width}x{height}");
         assert_eq!(stats.frame.rays.skipped, expected.stats.rays.skipped, "{width}x{height}");
         assert_eq!(stats.frame.rays.last, expected.stats.rays.last);
@@ -44,7 +44,7 @@ fn sizes_may_change_with_every_frame() {
 fn frames_repeat_bit_for_bit_and_differ_by_number() {
     let Some(bench) = Bench::open() else { return };
     let stage = bundled("toys");
-    let mut gpu = bench.renderer(&stage.scene, &full(64, 48, Shading::Ratio)).unwrap();
+    let mut gpu = bench.renderer(&stage.scene, &per_pixel(64, 48, Shading::Ratio)).unwrap();
     let mut image = |frame: u32| {
         bench.render(&mut gpu, &Inputs { frame, ..Inputs::default() });
         bench.read::<[u32; 4]>(gpu.image())
@@ -64,7 +64,7 @@ fn lights_are_summed() {
     scene.lights.push(small);
     let stage = Stage::new(scene).unwrap();
     for shading in [Shading::Ratio, Shading::Sampled] {
-        let twins = Twins::of(&bench, stage.clone(), &full(64, 48, shading), true);
+        let twins = Twins::of(&bench, stage.clone(), &per_pixel(64, 48, shading), true);
         let image: Vec<[f32; 4]> = bench.read(twins.gpu.image());
         let off = nmse2(&image, twins.cpu.image());
         // Cubature and Lambert's formula in double precision agree to 1e-5; this is the square.
@@ -76,7 +76,7 @@ fn lights_are_summed() {
 fn scenes_without_triangles_are_dark() {
     let Some(bench) = Bench::open() else { return };
     let scene = Scene { mesh: Arc::new(Mesh::default()), ..blocker_over_floor() };
-    let mut gpu = bench.renderer(&scene, &full(20, 10, Shading::Ratio)).unwrap();
+    let mut gpu = bench.renderer(&scene, &per_pixel(20, 10, Shading::Ratio)).unwrap();
     bench.render(&mut gpu, &Inputs::default());
     let image: Vec<[f32; 4]> = bench.read(gpu.image());
     assert!(image.iter().all(|&[r, g, b, _]| r == 0.0 && g == 0.0 && b == 0.0));
@@ -86,7 +86,7 @@ fn scenes_without_triangles_are_dark() {
 fn what_cannot_be_rendered_is_refused() {
     let Some(bench) = Bench::open() else { return };
     let scene = blocker_over_floor();
-    let config = full(20, 10, Shading::Ratio);
+    let config = per_pixel(20, 10, Shading::Ratio);
     let refused = |scene: &Scene, config: &PipelineConfig| bench.renderer(scene, config).unwrap_err();
     let dark = Scene { lights: Vec::new(), ..blocker_over_floor() };
     assert!(matches!(refused(&dark, &config), GpuError::Pipeline(_)));
@@ -94,7 +94,7 @@ fn what_cannot_be_rendered_is_refused() {
     assert!(matches!(refused(&scene, &triangulated), GpuError::Unsupported { stage: "delaunay", .. }));
     let refiner = RefinerConfig::Lattice(LatticeConfig { certify: true, ..LatticeConfig::default() });
     let error = refused(&scene, &PipelineConfig { refiner, ..config });
-    assert!(matches!(error, GpuError::Unsupported { .. }) && error.to_string().contains("proofs"));
+    assert!(matches!(error, GpuError::Unsupported { .. }) && error.to_string().contains("certificates"));
     let module = shader_module("visibility/bvh").unwrap().replace("fn occluded", "fn hidden");
     let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
     let other = Renderer::with_visibility(device, queue, &scene, &config, &module);
@@ -129,7 +129,7 @@ fn surfaces_and_images_may_be_textures() {
     let stage = Stage::new(blocker_over_floor()).unwrap();
     // Rows of 16 texels are 256 bytes, which copies to buffers need.
     let size @ (width, height): (u32, u32) = (16, 12);
-    let twins = Twins::of(&bench, stage, &full(width, height, Shading::Ratio), true);
+    let twins = Twins::of(&bench, stage, &per_pixel(width, height, Shading::Ratio), true);
     let gbuffer = twins.cpu.gbuffer();
     // Points on the surface: the GPU offsets them itself.
     let view = View::new(&twins.stage.scene.camera, width, height);

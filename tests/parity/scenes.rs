@@ -25,11 +25,11 @@ pub(crate) fn bundled(name: &'static str) -> Stage {
 }
 
 /// Per-pixel configuration.
-pub(crate) fn full(width: u32, height: u32, shading: Shading) -> PipelineConfig {
+pub(crate) fn per_pixel(width: u32, height: u32, shading: Shading) -> PipelineConfig {
     PipelineConfig {
         width,
         height,
-        refiner: RefinerConfig::Full,
+        refiner: RefinerConfig::PerPixel,
         upsampler: UpsamplerConfig::RbfRobust(Default::default()),
         shading,
         ..PipelineConfig::default()

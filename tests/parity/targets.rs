@@ -11,7 +11,7 @@ use halflight_gpu::{Inputs, Inside, Surfaces};
 use halflight_tests::Stage;
 
 use crate::device::Bench;
-use crate::scenes::{Twins, bundled, full};
+use crate::scenes::{Twins, bundled, per_pixel};
 
 /// Lattice without validation, as on the GPU.
 fn lattice(target: f32) -> LatticeConfig {
@@ -22,7 +22,7 @@ fn config(target: f32) -> PipelineConfig {
     PipelineConfig {
         refiner: RefinerConfig::Lattice(lattice(target)),
         upsampler: UpsamplerConfig::Lattice(Default::default()),
-        ..full(406, 234, Shading::Ratio)
+        ..per_pixel(406, 234, Shading::Ratio)
     }
 }
 

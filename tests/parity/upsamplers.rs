@@ -11,7 +11,7 @@ use halflight::upsample::{
 use halflight_gpu::Inside;
 
 use crate::device::Bench;
-use crate::scenes::{SCENES, Twins, full, values};
+use crate::scenes::{SCENES, Twins, per_pixel, values};
 
 /// Upsampled values of the CPU for the fragments of its last frame.
 fn cpu_plane(twins: &Twins, config: &PipelineConfig) -> Vec<f32> {
@@ -96,7 +96,7 @@ fn constants_reach_the_device() {
     let Some(bench) = Bench::open() else { return };
     let refiner = RefinerConfig::SfvtGass(SfvtGassConfig::default());
     for ((upsampler, tolerance), (usual, _)) in with_constants().into_iter().zip(with_defaults()) {
-        let config = PipelineConfig { refiner, upsampler, ..full(110, 83, Shading::Ratio) };
+        let config = PipelineConfig { refiner, upsampler, ..per_pixel(110, 83, Shading::Ratio) };
         let twins = Twins::render(&bench, "toys", &config, true);
         check(&bench, &twins, &config, tolerance).unwrap_or_else(|off| panic!("{upsampler:?}: {off}"));
         // The constants matter: with the defaults the planes differ.
@@ -114,7 +114,7 @@ fn planes_are_equal() {
             RefinerConfig::SfvtGass(SfvtGassConfig::default()),
         ] {
             for (upsampler, tolerance) in with_defaults() {
-                let config = PipelineConfig { refiner, upsampler, ..full(110, 83, Shading::Ratio) };
+                let config = PipelineConfig { refiner, upsampler, ..per_pixel(110, 83, Shading::Ratio) };
                 let twins = Twins::render(&bench, scene, &config, true);
                 check(&bench, &twins, &config, tolerance)
                     .unwrap_or_else(|off| panic!("{scene} {} {upsampler:?}: {off}", refiner.name()));
@@ -132,7 +132,7 @@ fn the_lattice_interpolates_as_on_the_cpu() {
             let config = PipelineConfig {
                 refiner,
                 upsampler: UpsamplerConfig::Lattice(Default::default()),
-                ..full(140, 100, shading)
+                ..per_pixel(140, 100, shading)
             };
             let twins = Twins::render(&bench, scene, &config, true);
             // The analytic irradiance that weights the values differs by as much (see `whole`).

@@ -20,7 +20,7 @@ use halflight_tests::{Stage, blocker_over_floor, quads};
 
 use crate::device::Bench;
 use crate::masks::{gpu_masks, halves};
-use crate::scenes::{SCENES, Twins, full};
+use crate::scenes::{SCENES, Twins, per_pixel};
 use crate::whole::nmse2;
 
 /// Rounding error of a point in single precision, in voxels: a few units in the last place at 128, and as
@@ -28,7 +28,7 @@ use crate::whole::nmse2;
 const ROUNDING: f64 = 1e-3;
 
 fn marching(config: VoxelConfig) -> PipelineConfig {
-    PipelineConfig { visibility: VisibilityConfig::Voxel(config), ..full(80, 60, Shading::Ratio) }
+    PipelineConfig { visibility: VisibilityConfig::Voxel(config), ..per_pixel(80, 60, Shading::Ratio) }
 }
 
 /// Voxels of the CPU for its last frame.
@@ -206,7 +206,7 @@ fn wrong_voxels_are_found() {
 fn refiners_ask_voxels_as_on_the_cpu() {
     let Some(bench) = Bench::open() else { return };
     let refiners = [
-        RefinerConfig::Full,
+        RefinerConfig::PerPixel,
         RefinerConfig::Nichols(NicholsConfig::default()),
         RefinerConfig::SfvtGass(SfvtGassConfig::default()),
         RefinerConfig::Lattice(LatticeConfig::default()),

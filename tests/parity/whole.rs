@@ -6,7 +6,7 @@ use halflight::irradiance::Shading;
 use halflight::pipeline::Image;
 
 use crate::device::Bench;
-use crate::scenes::{SCENES, Twins, full};
+use crate::scenes::{SCENES, Twins, per_pixel};
 
 /// Squared error of the GPU's image against the CPU's, NMSE₂.
 pub(crate) fn nmse2(image: &[[f32; 4]], reference: &Image) -> f64 {
@@ -20,16 +20,16 @@ pub(crate) fn nmse2(image: &[[f32; 4]], reference: &Image) -> f64 {
 }
 
 #[test]
-fn full_frames_are_equal() {
+fn per_pixel_frames_are_equal() {
     let Some(bench) = Bench::open() else { return };
     for scene in SCENES {
         for shading in [Shading::Ratio, Shading::Sampled] {
-            let twins = Twins::render(&bench, scene, &full(96, 72, shading), true);
+            let twins = Twins::render(&bench, scene, &per_pixel(96, 72, shading), true);
             let image: Vec<[f32; 4]> = bench.read(twins.gpu.image());
             let off = nmse2(&image, twins.cpu.image());
             // Rays that rounding decides differently change a pixel by a 64th, and there are almost none.
             assert!(off < 1e-8, "{scene} {shading:?}: {off:e}");
-            let own = Twins::render(&bench, scene, &full(96, 72, shading), false);
+            let own = Twins::render(&bench, scene, &per_pixel(96, 72, shading), false);
             let image: Vec<[f32; 4]> = bench.read(own.gpu.image());
             let off = nmse2(&image, own.cpu.image());
             // Pixels on outlines see their other side (see `gbuffers`), which in foliage is another leaf.
@@ -47,7 +47,7 @@ fn every_refiner_works_with_the_upsampler_that_fits_it() {
     for refiner in RefinerConfig::NAMES {
         let refiner = RefinerConfig::named(refiner).unwrap();
         let config =
-            PipelineConfig { refiner, upsampler: refiner.upsampler(), ..full(64, 48, Shading::Ratio) };
+            PipelineConfig { refiner, upsampler: refiner.upsampler(), ..per_pixel(64, 48, Shading::Ratio) };
         let twins = Twins::render(&bench, "atrium", &config, true);
         let image: Vec<[f32; 4]> = bench.read(twins.gpu.image());
         let off = nmse2(&image, twins.cpu.image());

@@ -49,8 +49,9 @@ fn shares(stage: &Stage, config: &PipelineConfig) -> (f32, f32) {
 
 /// Every exact backend with the per-pixel refiner, and the default.
 fn methods() -> Vec<(&'static str, PipelineConfig)> {
-    let full = |name| (name, config(name, RefinerConfig::Full, UpsamplerConfig::Lattice(Default::default())));
-    let mut methods: Vec<_> = ["bvh", "raster4d", "beam", "auto"].map(full).to_vec();
+    let per_pixel =
+        |name| (name, config(name, RefinerConfig::PerPixel, UpsamplerConfig::Lattice(Default::default())));
+    let mut methods: Vec<_> = ["bvh", "raster4d", "beam", "auto"].map(per_pixel).to_vec();
     methods.push(("default", PipelineConfig { width: 32, height: 24, ..PipelineConfig::default() }));
     methods
 }
@@ -151,7 +152,7 @@ fn both_sides_of_a_light_in_a_surface_shine() {
     let [with, without] = [scene, open].map(|scene| {
         let stage = Stage::new(scene).unwrap();
         stage
-            .render(&config("bvh", RefinerConfig::Full, UpsamplerConfig::Lattice(Default::default())))
+            .render(&config("bvh", RefinerConfig::PerPixel, UpsamplerConfig::Lattice(Default::default())))
             .unwrap()
     });
     let lit = without.irradiance.iter().filter(|e| e.x > 0.0).count();

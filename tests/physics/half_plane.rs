@@ -45,7 +45,7 @@ fn z_scores(
         let config = PipelineConfig {
             width,
             height,
-            refiner: RefinerConfig::Full,
+            refiner: RefinerConfig::PerPixel,
             shading,
             sampling: LightSampling { count: 16, kind: PatternKind::Jittered, sharing: Sharing::Receiver },
             seed,

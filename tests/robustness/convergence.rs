@@ -22,7 +22,7 @@ fn config(refiner: RefinerConfig) -> PipelineConfig {
 
 fn errors(configs: &[RefinerConfig]) -> Vec<f64> {
     let stage = Stage::bundled("contact").unwrap();
-    let reference = stage.render(&config(RefinerConfig::Full)).unwrap();
+    let reference = stage.render(&config(RefinerConfig::PerPixel)).unwrap();
     configs.iter().map(|&refiner| nmse2(&stage.render(&config(refiner)).unwrap(), &reference)).collect()
 }
 

@@ -28,30 +28,30 @@ fn transformed(scale: f32, offset: Vec3) -> Scene {
 
 #[test]
 fn scale_and_place_do_not_change_the_image() {
-    let full = config(RefinerConfig::Full);
-    let expected = Stage::new(transformed(1.0, Vec3::ZERO)).unwrap().render(&full).unwrap();
+    let per_pixel = config(RefinerConfig::PerPixel);
+    let expected = Stage::new(transformed(1.0, Vec3::ZERO)).unwrap().render(&per_pixel).unwrap();
     for scale in [1e-3, 0.1, 30.0, 1e4] {
-        let image = Stage::new(transformed(scale, Vec3::ZERO)).unwrap().render(&full).unwrap();
+        let image = Stage::new(transformed(scale, Vec3::ZERO)).unwrap().render(&per_pixel).unwrap();
         // Irradiance does not depend on scale; rounding flips single rays at edges only.
         let error = nmse2(&image, &expected);
         assert!(error < 1e-4, "scale {scale}: {error}");
     }
     // At 1e5 m single precision resolves 8 mm: vertices, camera and therefore every edge move by up to that.
     // Shadow acne or a light leak would change whole regions.
-    let image = Stage::new(transformed(1.0, Vec3::splat(1e5))).unwrap().render(&full).unwrap();
+    let image = Stage::new(transformed(1.0, Vec3::splat(1e5))).unwrap().render(&per_pixel).unwrap();
     let error = nmse2(&image, &expected);
     assert!(error < 5e-3, "moved by 1e5: {error}");
     // The comparison detects a scene without its blocker.
     let mut bare = blocker_over_floor();
     Arc::make_mut(&mut bare.mesh).triangles.truncate(2);
     Arc::make_mut(&mut bare.mesh).material_ids.truncate(2);
-    let error = nmse2(&Stage::new(bare).unwrap().render(&full).unwrap(), &expected);
+    let error = nmse2(&Stage::new(bare).unwrap().render(&per_pixel).unwrap(), &expected);
     assert!(error > 1e-2, "{error}");
 }
 
 #[test]
 fn powers_of_two_do_not_change_the_image_within_the_range() {
-    for refiner in [RefinerConfig::Full, PipelineConfig::default().refiner] {
+    for refiner in [RefinerConfig::PerPixel, PipelineConfig::default().refiner] {
         let config = config(refiner);
         let expected = Stage::new(transformed(1.0, Vec3::ZERO)).unwrap().render(&config).unwrap();
         // The scene is 28 m across and reaches 10 m from the origin.
@@ -71,7 +71,7 @@ fn sizes_beyond_the_range_are_refused() {
         let error = Stage::new(transformed(2f32.powi(power), Vec3::ZERO)).err().unwrap().to_string();
         assert!(error.contains(expected) && error.contains("from 1e-8 to 1e8 m"), "{error}");
     }
-    let config = config(RefinerConfig::Full);
+    let config = config(RefinerConfig::PerPixel);
     let far = |change: fn(&mut Scene)| {
         let mut scene = blocker_over_floor();
         change(&mut scene);
@@ -116,12 +116,12 @@ fn lights_in_awkward_places_give_finite_images() {
 
 #[test]
 fn lights_add_up() {
-    let full = config(RefinerConfig::Full);
+    let per_pixel = config(RefinerConfig::PerPixel);
     let (a, b) = (square_light(Vec3::new(-2.0, 4.0, 0.0), 1.0), square_light(Vec3::new(2.0, 3.0, 1.0), 0.5));
     let image = |lights: &[AreaLight]| {
         let mut scene = blocker_over_floor();
         scene.lights = lights.to_vec();
-        Stage::new(scene).unwrap().render(&full).unwrap()
+        Stage::new(scene).unwrap().render(&per_pixel).unwrap()
     };
     let (first, both) = (image(&[a]), image(&[a, b]));
     // The samples of the second light depend on its index, so it is rendered as the second one, after a dark

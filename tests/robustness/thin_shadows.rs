@@ -48,7 +48,7 @@ fn missed(stage: &Stage, certify: bool) -> (usize, f64) {
         let builder = config.builder(&stage.prepared);
         builder.layers(true).build().unwrap().render().unwrap().clone()
     };
-    let truth = render(RefinerConfig::Full);
+    let truth = render(RefinerConfig::PerPixel);
     let image = render(RefinerConfig::Lattice(LatticeConfig { certify, ..LatticeConfig::default() }));
     let off = image.visibility.iter().zip(&truth.visibility).filter(|(a, b)| (*a - *b).abs() > 0.25);
     let spared = 1.0 - image.stats.fragments.total as f64 / truth.stats.fragments.total as f64;
@@ -64,7 +64,7 @@ fn with_proofs_no_thin_shadow_is_missed() {
         let (missed_without, _) = missed(&stage, false);
         let (missed_with, spared) = missed(&stage, true);
         println!(
-            "{name}: {missed_without} missed without proofs, {missed_with} with them, {spared:.2} spared"
+            "{name}: {missed_without} missed without certificates, {missed_with} with them, {spared:.2} spared"
         );
         assert_eq!(missed_with, 0, "{name}");
         assert!(spared > 0.05, "{name}: all was traced");

@@ -33,13 +33,19 @@ const RETIRED_FILES: &[&str] = &[
     "nichols_settle",
     "sfvt_judge",
     "target_expect",
+    "target_show",
+    "full",
 ];
 
-/// Words that were replaced in code and comments.
+/// Words that were replaced in code and comments. Lines that read an old name as an alias may have them.
 const RETIRED_WORDS: &[&str] = &[
     "Rise",
     "Proof",
     "Prover",
+    "proofs",
+    "prove",
+    "proved",
+    "prover",
     "ProofCounts",
     "RiseLimits",
     "Breaks",
@@ -50,6 +56,18 @@ const RETIRED_WORDS: &[&str] = &[
     "foretold",
     "torn",
     "Trial",
+    "TRIAL",
+    "FURTHER_SAMPLES",
+    "RefinerConfig::Full",
+    "refine::Full",
+    "bvh.nearest",
+    "fn ask",
+    "fn expect",
+    "fn judge",
+    "fn look",
+    "fn mend",
+    "fn settle",
+    "fn show",
     "LightSample",
     "at_hand",
     "graphics device",
@@ -99,6 +117,7 @@ fn retired_names_do_not_come_back() {
             faults.push(format!("{} has a retired name", path.display()));
         }
         let text = fs::read_to_string(&path).unwrap();
+        let text: String = text.split_inclusive('\n').filter(|line| !line.contains("alias = \"")).collect();
         let words = RETIRED_WORDS.iter().filter(|word| has_word(&text, word));
         faults.extend(words.map(|word| format!("{}: {word}", path.display())));
     }

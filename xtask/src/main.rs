@@ -16,7 +16,7 @@ cargo xtask TASK
       where a picture is not finite, negative or not there
   exactness [--scene NAME-OR-PATH]… [--pairs N] [--brute-force N] [--certificates N] [--seed N] [--out DIR]
       compares the masks of the exact visibility backends bit for bit and with brute force, tries to break what beams
-      prove, and fails where anything differs; --help says more
+      certify, and fails where anything differs; --help says more
 ";
 
 fn main() -> ExitCode {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use clap::builder::PossibleValuesParser;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, Parser, Subcommand};
 use halflight_cpu::config::{Named, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 
@@ -30,12 +30,12 @@ Without --out, --png, --fragment-map, --voxel-error-map and --stats, the picture
 
 Examples:
   halflight render nave --upsampler delaunay --png nave.png --fragment-map fragments.png
-  halflight render atrium --refiner full --samples 256 --shading sampled --out truth.exr
-  halflight render atrium --visibility voxel --refiner full --voxel-error-map failures.png
+  halflight render atrium --refiner per-pixel --samples 256 --shading sampled --out truth.exr
+  halflight render atrium --visibility voxel --refiner per-pixel --voxel-error-map failures.png
   halflight render atrium --refiner sfvt-gass --set refiner.coarse_threshold=4 --set sampling.kind=grid
   halflight render --refiner nichols --print-config > nichols.toml    every constant, to edit
   halflight render atrium --config nichols.toml
-  halflight render atrium --device gpu --refiner full --samples 64
+  halflight render atrium --device gpu --refiner per-pixel --samples 64
   halflight render nave --frames 96 --fps 12 --png out/nave.png       out/nave-0000.png to out/nave-0095.png
   halflight render nave --frames 40..48 --out nave.exr --stats nave.json";
 
@@ -120,7 +120,7 @@ pub(crate) struct Render {
     pub(crate) fragment_map: Option<PathBuf>,
     /// Picture of the receivers that voxel marching gets wrong by more than a tenth of the light, a colour a cause: red and
     /// yellow too dark, by the receiver's own voxels or others; blue and green too bright, by what is out of view or
-    /// missed. Needs --visibility voxel and --refiner full. The picture is of the last light, counts are of all.
+    /// missed. Needs --visibility voxel and --refiner per-pixel. The picture is of the last light, counts are of all.
     #[arg(long, alias = "failure-map", value_name = "F.png", help_heading = "Output")]
     pub(crate) voxel_error_map: Option<PathBuf>,
     /// Configuration, fragments, rays and times as JSON; with --voxel-error-map, counts of failures.
@@ -148,6 +148,12 @@ impl Render {
     }
 }
 
+/// Returns the parser of a stage's name. Former names are read and not listed.
+fn names<T: Named>() -> PossibleValuesParser {
+    let all = T::NAMES.iter().zip(T::OLD_NAMES);
+    all.map(|(&name, old)| PossibleValue::new(name).aliases(old.iter().copied())).into()
+}
+
 /// Options that choose the stages of a pipeline.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct Choices {
@@ -155,27 +161,27 @@ pub(crate) struct Choices {
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<(u32, u32)>,
     /// Device that renders: the CPU, or the fastest GPU with a driver for Vulkan, Direct3D 12 or Metal, which has
-    /// no proofs and no triangulation.
+    /// no certificates and no triangulation.
     #[arg(long, default_value = "cpu", value_parser = PossibleValuesParser::new(DEVICES))]
     pub(crate) device: String,
     /// NMSE₂ to come down to: the lattice with as many light samples and as fine cells as that takes. What is to be expected
     /// is among the statistics [default: 1e-4, unless samples or other stages are chosen].
     #[arg(long, value_name = "NMSE2", value_parser = target, conflicts_with_all = ["refiner", "upsampler", "shading", "samples"])]
     pub(crate) error: Option<f32>,
-    /// Interpolate only where it is proved that no thin shadow is missed. The lattice with a backend that proves things:
+    /// Interpolate only where it is certified that no thin shadow is missed. The lattice with a backend that certifies:
     /// bvh, beam or auto.
     #[arg(long, conflicts_with_all = ["refiner", "upsampler", "shading"])]
     pub(crate) certify: bool,
     /// Which fragments the image is made of; a name brings the refiner's own constants and an upsampler that fits it
     /// [default: lattice, at an error target].
-    #[arg(long, value_parser = PossibleValuesParser::new(<RefinerConfig as Named>::NAMES))]
+    #[arg(long, value_parser = names::<RefinerConfig>())]
     pub(crate) refiner: Option<String>,
     /// Backend that answers shadow rays; auto is beam where few triangles lie between receivers and light, and bvh elsewhere [default: auto].
-    #[arg(long, value_parser = PossibleValuesParser::new(<VisibilityConfig as Named>::NAMES))]
+    #[arg(long, value_parser = names::<VisibilityConfig>())]
     pub(crate) visibility: Option<String>,
-    /// Interpolation of pixels between fragments [default: lattice with the lattice, bilinear with full, else rbf-robust].
+    /// Interpolation of pixels between fragments [default: lattice with the lattice, bilinear with per-pixel, else rbf-robust].
     /// GPUs interpolate the lattice's cells by lattice only, and no others.
-    #[arg(long, value_parser = PossibleValuesParser::new(UpsamplerConfig::NAMES))]
+    #[arg(long, value_parser = names::<UpsamplerConfig>())]
     pub(crate) upsampler: Option<String>,
     /// Quantity that is interpolated: irradiance, or the visible fraction [default: ratio].
     #[arg(long, value_parser = ["sampled", "ratio"])]

@@ -41,7 +41,7 @@ pub(crate) fn configure(choices: &Choices) -> Result<PipelineConfig, String> {
     {
         let name = config.visibility.name();
         return Err(format!(
-            "visibility.name is {name}, which proves nothing: to certify takes bvh, beam or auto"
+            "visibility.name is {name}, which certifies nothing: to certify takes bvh, beam or auto"
         ));
     }
     Ok(config)

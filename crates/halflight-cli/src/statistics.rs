@@ -18,7 +18,7 @@ pub(crate) struct Statistics<'a> {
     fragments: &'a FragmentCounts,
     rays: &'a RayCounts,
     visibility: &'a VisibilityStats,
-    proofs: &'a CertificateCounts,
+    certified: &'a CertificateCounts,
     #[serde(skip_serializing_if = "Option::is_none")]
     expected_nmse2: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -41,7 +41,7 @@ impl<'a> Statistics<'a> {
             fragments,
             rays,
             visibility,
-            proofs,
+            certified,
             expected_nmse2,
             stages_ms,
             total_ms,
@@ -53,7 +53,7 @@ impl<'a> Statistics<'a> {
             fragments,
             rays,
             visibility,
-            proofs,
+            certified,
             expected_nmse2: *expected_nmse2,
             voxel_failures,
             stages_ms,
@@ -66,14 +66,14 @@ impl<'a> Statistics<'a> {
 
 /// Returns a short account for people.
 pub(crate) fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, build_ms: f64) -> String {
-    let StageTimes { gbuffer, pyramid, refine, visibility, prove, irradiance, upsample, compose } =
+    let StageTimes { gbuffer, pyramid, refine, visibility, certify, irradiance, upsample, compose } =
         stats.stages_ms;
     let stages = [
         ("gbuffer", gbuffer),
         ("pyramid", pyramid),
         ("refine", refine),
         ("visibility", visibility),
-        ("prove", prove),
+        ("certify", certify),
         ("irradiance", irradiance),
         ("upsample", upsample),
         ("compose", compose),
@@ -103,19 +103,19 @@ pub(crate) fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, 
         stats.visibility;
     if stats.visibility.receivers() > 0 {
         lines.push(format!(
-            "  beams      {listed} receivers by shared lists, {walked} by walks, {left_to_rays} left to rays; proved: {lit} \
+            "  beams      {listed} receivers by shared lists, {walked} by walks, {left_to_rays} left to rays; certified: {lit} \
              lit, {umbra} umbra, {spared} rays spared"
         ));
     }
     if pairs > 0 {
         lines.push(format!("  pairs      {pairs}, {kept} kept; binned in {prepare_ms:.1} ms"));
     }
-    let CertificateCounts { lit, umbra, bounded, traced } = stats.proofs;
+    let CertificateCounts { lit, umbra, bounded, traced } = stats.certified;
     let pixels = lit + umbra + bounded + traced;
     if pixels > 0 {
         let share = |count: u64| 100.0 * count as f64 / pixels as f64;
         lines.push(format!(
-            "  proved     {:.1} % of the receivers: {:.1} % lit, {:.1} % umbra, {:.1} % bounded; the others traced",
+            "  certified  {:.1} % of the receivers: {:.1} % lit, {:.1} % umbra, {:.1} % bounded; the others traced",
             share(lit + umbra + bounded),
             share(lit),
             share(umbra),

@@ -48,9 +48,9 @@ pub(crate) fn voxels(config: &PipelineConfig) -> Result<VoxelConfig, String> {
             config.visibility.name()
         ));
     };
-    if config.refiner != RefinerConfig::Full {
+    if config.refiner != RefinerConfig::PerPixel {
         return Err(format!(
-            "--voxel-error-map needs a mask of every pixel, which {} has not: add --refiner full",
+            "--voxel-error-map needs a mask of every pixel, which {} has not: add --refiner per-pixel",
             config.refiner.name()
         ));
     }

@@ -43,8 +43,8 @@ fn images_that_do_not_fit_into_memory_are_refused_with_their_size() {
             "an image of 20000x20000 pixels (lattice) takes about",
         ),
         (
-            "render contact --size 3000x3000 --refiner full --samples 4096 --png a.png",
-            "3000x3000 pixels (full)",
+            "render contact --size 3000x3000 --refiner per-pixel --samples 4096 --png a.png",
+            "3000x3000 pixels (per-pixel)",
         ),
         ("reference contact --size 20000x20000 --samples 1 --out a.exr", "a reference of 20000x20000 pixels"),
     ] {
@@ -55,7 +55,7 @@ fn images_that_do_not_fit_into_memory_are_refused_with_their_size() {
     }
     // Wherever memory ends, the program ends in words.
     for megabytes in [60, 100, 200, 400] {
-        let arguments = "render contact --size 1500x1500 --refiner full --samples 4096 --png a.png";
+        let arguments = "render contact --size 1500x1500 --refiner per-pixel --samples 4096 --png a.png";
         let output = place.shell(&format!("ulimit -v {}; \"$H\" {arguments}", megabytes * 1000));
         assert_eq!(failed(arguments, &output).lines().filter(|line| line.starts_with("error: ")).count(), 1);
     }

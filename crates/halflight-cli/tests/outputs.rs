@@ -19,7 +19,7 @@ const OUTPUTS: [&str; 7] = [
     "render contact --size 16x12 --out",
     "render contact --size 16x12 --png",
     "render contact --size 16x12 --fragment-map",
-    "render contact --size 16x12 --visibility voxel --refiner full --voxel-error-map",
+    "render contact --size 16x12 --visibility voxel --refiner per-pixel --voxel-error-map",
     "render contact --size 16x12 --stats",
     "reference contact --size 16x12 --samples 1 --cache state --out",
     "compare image.exr truth.exr --error-map",
@@ -28,8 +28,8 @@ const OUTPUTS: [&str; 7] = [
 /// A folder with images to compare.
 fn place(test: &str) -> Place {
     let place = Place::new(test);
-    place.good("render contact --size 16x12 --refiner full --samples 4 --out image.exr");
-    place.good("render contact --size 16x12 --refiner full --samples 64 --out truth.exr");
+    place.good("render contact --size 16x12 --refiner per-pixel --samples 4 --out image.exr");
+    place.good("render contact --size 16x12 --refiner per-pixel --samples 64 --out truth.exr");
     place
 }
 
@@ -160,7 +160,7 @@ fn outputs_do_not_overwrite_each_other_or_what_is_read() {
 fn pipes_take_all_frames_of_an_animation() {
     let place = Place::new("frame-stream");
     let count = |bytes: &[u8]| bytes.windows(4).filter(|window| window == b"\x89PNG").count();
-    let frames = "render nave --size 16x12 --refiner full --samples 4 --frames 3 --png";
+    let frames = "render nave --size 16x12 --refiner per-pixel --samples 4 --frames 3 --png";
     let output = place.run(&format!("{frames} -"));
     assert_eq!(count(&output.stdout), 3, "{}", String::from_utf8_lossy(&output.stderr));
     let output = place.shell(&format!("mkfifo pipe; cat pipe & \"$H\" {frames} pipe; wait"));

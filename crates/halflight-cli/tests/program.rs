@@ -29,15 +29,15 @@ fn an_error_to_come_down_to_and_proofs_are_reported() {
     assert_eq!(stats["config"]["upsampler"], "lattice");
     let expected = stats["expected_nmse2"].as_f64().unwrap();
     assert!(expected > 0.0 && expected < 1e-2, "{expected}");
-    let counts = stats["proofs"].as_object().unwrap().values().map(|count| count.as_u64().unwrap());
-    let proofs: Vec<u64> = counts.collect();
-    assert!(proofs.iter().sum::<u64>() > 1000 && proofs.iter().filter(|&&count| count > 0).count() > 1);
+    let counts = stats["certified"].as_object().unwrap().values().map(|count| count.as_u64().unwrap());
+    let certified: Vec<u64> = counts.collect();
+    assert!(certified.iter().sum::<u64>() > 1000 && certified.iter().filter(|&&count| count > 0).count() > 1);
     for (options, words) in [
         ("--error 0", "above 0"),
         ("--error 2", "less than 1"),
         ("--error 1e-4 --samples 16", "--samples"),
-        ("--certify --refiner full", "--refiner"),
-        ("--certify --visibility voxel", "proves nothing"),
+        ("--certify --refiner per-pixel", "--refiner"),
+        ("--certify --visibility voxel", "certifies nothing"),
     ] {
         let message = place.bad(&format!("{SMALL} {options} --png b.png"));
         assert!(message.contains(words), "{options}: {message}");
@@ -57,11 +57,11 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
         names,
         [
             "build_ms",
+            "certified",
             "config",
             "expected_nmse2",
             "fragments",
             "peak_bytes",
-            "proofs",
             "rays",
             "stages_ms",
             "total_ms",
@@ -76,7 +76,7 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
     stages.sort_unstable();
     assert_eq!(
         stages,
-        ["compose", "gbuffer", "irradiance", "prove", "pyramid", "refine", "upsample", "visibility"]
+        ["certify", "compose", "gbuffer", "irradiance", "pyramid", "refine", "upsample", "visibility"]
     );
     let mut rays = keys(&stats["rays"]);
     rays.sort_unstable();
@@ -110,7 +110,7 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
 fn failure_maps_say_where_voxels_are_wrong_and_why() {
     let place = Place::new("failures");
     let voxels = "render contact --size 96x72 --visibility voxel";
-    place.good(&format!("{voxels} --refiner full --voxel-error-map f.png --stats s.json"));
+    place.good(&format!("{voxels} --refiner per-pixel --voxel-error-map f.png --stats s.json"));
     assert_eq!(place.files(), ["f.png", "s.json"]);
     let failures = &json(&place.path("s.json"))["voxel_failures"];
     let count = |key: &str| failures[key].as_u64().unwrap();
@@ -120,13 +120,13 @@ fn failure_maps_say_where_voxels_are_wrong_and_why() {
     assert!(causes > 0 && causes < count("receivers") / 2 && count("receivers") < 96 * 72, "{failures}");
     // Without a bias many receivers shade themselves, with one of a voxel few.
     let bare = "--set visibility.bias=0";
-    place.good(&format!("{voxels} --refiner full {bare} --voxel-error-map f.png --stats bare.json"));
+    place.good(&format!("{voxels} --refiner per-pixel {bare} --voxel-error-map f.png --stats bare.json"));
     let bare = json(&place.path("bare.json"))["voxel_failures"]["self_occlusion"].as_u64().unwrap();
     assert!(bare > 10 * count("self_occlusion"), "{bare} of {failures}");
 
     let message = place.bad(&format!("{voxels} --voxel-error-map g.png"));
-    assert!(message.contains("lattice") && message.contains("--refiner full"), "{message}");
-    let message = place.bad("render contact --refiner full --voxel-error-map g.png");
+    assert!(message.contains("lattice") && message.contains("--refiner per-pixel"), "{message}");
+    let message = place.bad("render contact --refiner per-pixel --voxel-error-map g.png");
     assert!(message.contains("auto") && message.contains("--visibility voxel"), "{message}");
     assert!(!place.path("g.png").exists());
 }
@@ -266,16 +266,16 @@ fn a_refiner_brings_its_upsampler_and_samples_end_the_error_target() {
         ("--refiner sfvt-gass", "rbf-robust"),
         ("--refiner nichols", "rbf-robust"),
         ("--set refiner.name=nichols", "rbf-robust"),
-        ("--refiner full", "bilinear"),
+        ("--refiner per-pixel", "bilinear"),
         ("--refiner lattice", "lattice"),
-        ("--refiner full --upsampler delaunay", "delaunay"),
-        ("--upsampler delaunay --set refiner.name=full", "delaunay"),
+        ("--refiner per-pixel --upsampler delaunay", "delaunay"),
+        ("--upsampler delaunay --set refiner.name=per-pixel", "delaunay"),
     ] {
         let found = printed(arguments);
         assert!(found.contains(&format!("upsampler = \"{upsampler}\"")), "{arguments}:\n{found}");
     }
     fs::write(place.path("chosen.toml"), "upsampler = \"rbf-fixed\"\n").unwrap();
-    assert!(printed("--config chosen.toml --refiner full").contains("upsampler = \"rbf-fixed\""));
+    assert!(printed("--config chosen.toml --refiner per-pixel").contains("upsampler = \"rbf-fixed\""));
     // Options keep what a file has chosen.
     fs::write(place.path("half.toml"), "[refiner]\ntarget = 0.5\nerror = 0.25\n").unwrap();
     for arguments in ["--certify", "--refiner lattice", "--samples 16"] {
@@ -294,7 +294,11 @@ fn a_refiner_brings_its_upsampler_and_samples_end_the_error_target() {
         old.contains("crease_deg = 12.0") && old == printed("--set refiner.discontinuity.crease_deg=12"),
         "{old}"
     );
-    place.good("render contact --size 16x12 --visibility voxel --refiner full --failure-map old.png");
+    fs::write(place.path("full.toml"), "[refiner]\nname = \"full\"\n").unwrap();
+    for arguments in ["--refiner full", "--set refiner.name=full", "--config full.toml"] {
+        assert_eq!(printed(arguments), printed("--refiner per-pixel"), "{arguments}");
+    }
+    place.good("render contact --size 16x12 --visibility voxel --refiner per-pixel --failure-map old.png");
     assert!(place.path("old.png").exists());
     fs::write(place.path("seed.toml"), "seed = 3\n").unwrap();
     fs::write(place.path("target.toml"), "[refiner]\ntarget = 0.5\n[sampling]\ncount = 16\n").unwrap();
@@ -318,7 +322,7 @@ fn wrong_input_is_refused_in_words() {
         ("render contact --samples 0", "1 to 4096"),
         ("render contact --samples 5000", "5000 light samples"),
         ("render contact --threads 0", "--threads"),
-        ("render contact --refiner best", "[possible values: nichols, sfvt-gass, full, lattice]"),
+        ("render contact --refiner best", "[possible values: nichols, sfvt-gass, per-pixel, lattice]"),
         ("render contact --upsampler best", "rbf-robust"),
         ("render contact --colour red", "'--colour'"),
         ("render contact --exposure=-1", "number above 0"),
@@ -335,8 +339,8 @@ fn wrong_input_is_refused_in_words() {
         ("render contact --config bad.toml", "bad.toml: unknown key coarse of refiner, expected one of"),
         ("render contact --config torn.toml", "line 1"),
         ("render contact --set seed=lots", "--set seed=lots: seed is \"lots\": "),
-        ("render contact --set refiner.name=best", "nichols, sfvt-gass, full"),
-        ("render contact --set refiner=full", "refiner is \"full\", expected a table"),
+        ("render contact --set refiner.name=best", "nichols, sfvt-gass, per-pixel"),
+        ("render contact --set refiner=per-pixel", "refiner is \"per-pixel\", expected a table"),
         ("render contact --set seed", "expected KEY=VALUE"),
         (
             "render contact --size 48x36 --png no/such/folder.png",
@@ -359,7 +363,7 @@ fn wrong_input_is_refused_in_words() {
 #[test]
 fn graphics_devices_render_what_the_processor_does() {
     let place = Place::new("device");
-    let small = "render contact --size 48x36 --refiner full --samples 16 --visibility bvh";
+    let small = "render contact --size 48x36 --refiner per-pixel --samples 16 --visibility bvh";
     let output =
         place.run(&format!("{small} --device gpu --out gpu.exr --fragment-map f.png --stats s.json"));
     if !output.status.success() {
@@ -404,8 +408,8 @@ fn graphics_devices_render_what_the_processor_does() {
 #[test]
 fn compare_knows_equal_images_from_different_ones() {
     let place = Place::new("compare");
-    place.good(&format!("{SMALL} --refiner full --out truth.exr"));
-    place.good(&format!("{SMALL} --refiner full --samples 4 --seed 1 --out noisy.exr"));
+    place.good(&format!("{SMALL} --refiner per-pixel --out truth.exr"));
+    place.good(&format!("{SMALL} --refiner per-pixel --samples 4 --seed 1 --out noisy.exr"));
     place.good("render contact --size 47x36 --out narrow.exr");
     let errors = |arguments: &str| -> Value { serde_json::from_str(&place.good(arguments)).unwrap() };
 

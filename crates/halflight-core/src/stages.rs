@@ -108,11 +108,17 @@ pub trait Visibility: Send {
         Ok(())
     }
 
-    /// Writes what it can prove of the visible fraction in regions of receivers, one [`Certificate`] a region. A backend that does
-    /// not look at triangles, or only at some, proves nothing.
-    fn certify(&mut self, _frame: &Frame, _light: u32, regions: &[Region], proofs: &mut Vec<Certificate>) {
-        proofs.clear();
-        proofs.resize(regions.len(), Certificate::Open);
+    /// Writes what it can certify of the visible fraction in regions of receivers, one [`Certificate`] a region. A backend that does
+    /// not look at triangles, or only at some, certifies nothing.
+    fn certify(
+        &mut self,
+        _frame: &Frame,
+        _light: u32,
+        regions: &[Region],
+        certificates: &mut Vec<Certificate>,
+    ) {
+        certificates.clear();
+        certificates.resize(regions.len(), Certificate::Open);
     }
 
     /// Does the work that is due once a frame, before the first batch (voxels, triangle bins).

@@ -28,13 +28,13 @@ pub struct StageTimes {
     pub gbuffer: f64,
     /// Discontinuity mipmaps.
     pub pyramid: f64,
-    /// Refinement without the visibility and the proofs it asks for.
+    /// Refinement without the visibility and the certificates it asks for.
     pub refine: f64,
     /// Masks, with per-frame preparation of the backend and horizon culling.
     pub visibility: f64,
-    /// Proofs of what cells see, where they were asked for.
-    #[serde(default)]
-    pub prove: f64,
+    /// Certificates of what cells see, where they were asked for.
+    #[serde(default, alias = "prove")]
+    pub certify: f64,
     /// Values of the samples from their masks.
     pub irradiance: f64,
     /// One value a pixel from the samples.
@@ -59,11 +59,11 @@ pub struct FragmentCounts {
 pub struct VisibilityStats {
     /// Preparation, once a frame, ms; part of the visibility stage's time.
     pub prepare_ms: f64,
-    /// Receivers that were proved to see all of the light.
+    /// Receivers that were certified to see all of the light.
     pub lit: u64,
-    /// Receivers that were proved to see nothing of the light.
+    /// Receivers that were certified to see nothing of the light.
     pub umbra: u64,
-    /// Rays that these two proofs spared.
+    /// Rays that these two certificates spared.
     pub spared: u64,
     /// Receivers that took their mask from a list of triangles which neighbours share.
     pub listed: u64,
@@ -83,14 +83,14 @@ pub struct VisibilityStats {
     pub unprojected: u64,
 }
 
-/// Receiver pixels by what is known of them beyond their fragments' samples; all 0 unless proofs were asked for.
+/// Receiver pixels by what is known of them beyond their fragments' samples; all 0 unless certificates were asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CertificateCounts {
-    /// In cells that were proved to see all of the light.
+    /// In cells that were certified to see all of the light.
     pub lit: u64,
-    /// In cells that were proved to see nothing of it.
+    /// In cells that were certified to see nothing of it.
     pub umbra: u64,
-    /// In cells in which the visible fraction was proved to vary little.
+    /// In cells in which the visible fraction was certified to vary little.
     pub bounded: u64,
     /// With masks of their own.
     pub traced: u64,
@@ -169,8 +169,9 @@ pub struct FrameStats {
     pub rays: RayCounts,
     /// How masks were come by.
     pub visibility: VisibilityStats,
-    /// What was proved of pixels.
-    pub proofs: CertificateCounts,
+    /// Receiver pixels by what was certified of them.
+    #[serde(alias = "proofs")]
+    pub certified: CertificateCounts,
     /// Expected squared error of the irradiance over its squares, summed over the image by luminance: what the NMSE₂ against
     /// a reference should be. None from refiners that do not aim at one.
     #[serde(default)]

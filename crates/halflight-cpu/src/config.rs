@@ -15,7 +15,7 @@ use crate::pipeline::{Pipeline, PipelineBuilder, PipelineError};
 use crate::prepared::PreparedScene;
 use crate::raster4d::{Raster4d, Raster4dConfig};
 use crate::refine::{
-    DiscontinuityLimits, Full, Lattice, LatticeConfig, Nichols, NicholsConfig, SfvtGass, SfvtGassConfig,
+    DiscontinuityLimits, Lattice, LatticeConfig, Nichols, NicholsConfig, PerPixel, SfvtGass, SfvtGassConfig,
 };
 use crate::upsample::{
     self, Bilinear, BilinearConfig, Delaunay, DelaunayConfig, RbfAdaptive, RbfAdaptiveConfig, RbfFixed,
@@ -27,25 +27,26 @@ use crate::voxel::{VoxelConfig, Voxels};
 /// 3e-5 to 1e-4.
 pub const DEFAULT_TARGET: f32 = 1e-4;
 
-/// Declares the stages of one kind, an entry a stage: documentation, variant, constants and name. Names, defaults by name and the
-/// list of all stages follow from it.
+/// Declares the stages of one kind, an entry a stage: documentation, variant, constants, name and old names. Names, defaults by
+/// name and the list of all stages follow from it.
 macro_rules! stages {
-    ($(#[$about:meta])* $kind:ident, $title:literal, $($(#[$doc:meta])* $variant:ident $(($constants:ty))? = $name:literal,)+) => {
+    ($(#[$about:meta])* $kind:ident, $title:literal, $($(#[$doc:meta])* $variant:ident $(($constants:ty))? = $name:literal $(| $old:literal)*,)+) => {
         $(#[$about])*
         #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
         #[serde(tag = "name", rename_all = "kebab-case")]
         #[non_exhaustive]
         pub enum $kind {
-            $($(#[$doc])* #[serde(rename = $name)] $variant $(($constants))?,)+
+            $($(#[$doc])* #[serde(rename = $name $(, alias = $old)*)] $variant $(($constants))?,)+
         }
 
         impl Named for $kind {
             const STAGE: &str = $title;
             const NAMES: &[&str] = &[$($name),+];
+            const OLD_NAMES: &[&[&str]] = &[$(&[$($old),*]),+];
 
             fn named(name: &str) -> Option<Self> {
                 match name {
-                    $($name => Some(Self::$variant $((<$constants>::default()))?),)+
+                    $($name $(| $old)* => Some(Self::$variant $((<$constants>::default()))?),)+
                     _ => None,
                 }
             }
@@ -65,8 +66,10 @@ pub trait Named: Sized + Serialize + DeserializeOwned {
     const STAGE: &str;
     /// Names of all stages of the kind.
     const NAMES: &[&str];
+    /// Former names that are still read, a list for each of [`Named::NAMES`].
+    const OLD_NAMES: &[&[&str]];
 
-    /// Returns the stage of this name with its default constants.
+    /// Returns the stage of this name, or former name, with its default constants.
     fn named(name: &str) -> Option<Self>;
 
     /// Returns the stage's name in options, files and tables.
@@ -86,7 +89,7 @@ stages! {
     /// Sub-fragment visibility test and gradient-aware refinement (Koa17).
     SfvtGass(SfvtGassConfig) = "sfvt-gass",
     /// Every pixel with light samples of its own.
-    Full = "full",
+    PerPixel = "per-pixel" | "full",
     /// Cells with masks at their corners, split where the visible fraction cannot be predicted.
     Lattice(LatticeConfig) = "lattice",
 }
@@ -182,7 +185,7 @@ impl RefinerConfig {
     pub fn upsampler(&self) -> UpsamplerConfig {
         match self {
             Self::Lattice(_) => UpsamplerConfig::Lattice(RbfRobustConfig::default()),
-            Self::Full => UpsamplerConfig::Bilinear(BilinearConfig::default()),
+            Self::PerPixel => UpsamplerConfig::Bilinear(BilinearConfig::default()),
             Self::Nichols(_) | Self::SfvtGass(_) => UpsamplerConfig::RbfRobust(RbfRobustConfig::default()),
         }
     }
@@ -192,7 +195,7 @@ impl RefinerConfig {
         match *self {
             Self::Nichols(config) => Box::new(Nichols::new(config)),
             Self::SfvtGass(config) => Box::new(SfvtGass::new(config)),
-            Self::Full => Box::new(Full::default()),
+            Self::PerPixel => Box::new(PerPixel::default()),
             Self::Lattice(config) => Box::new(Lattice::new(config)),
         }
     }
@@ -281,13 +284,13 @@ impl PipelineConfig {
     ///
     /// | refiner | 64 samples | measured | each further 64 samples |
     /// | --- | --- | --- | --- |
-    /// | `full` | 180 | 120 to 177 | 16 |
-    /// | `lattice` with proofs | 170 | 103 to 157 | 8 |
+    /// | `per-pixel` | 180 | 120 to 177 | 16 |
+    /// | `lattice` with `certify` | 170 | 103 to 157 | 8 |
     /// | others | 130 | 83 to 128 | 8 |
     pub fn bytes_needed(&self) -> u64 {
         let words = u64::from(self.sampling.count.clamp(1, 4096)).div_ceil(64);
         let bytes = match self.refiner {
-            RefinerConfig::Full => 180 + 16 * (words - 1),
+            RefinerConfig::PerPixel => 180 + 16 * (words - 1),
             RefinerConfig::Lattice(lattice) if lattice.certify => 170 + 8 * (words - 1),
             _ => 130 + 8 * (words - 1),
         };

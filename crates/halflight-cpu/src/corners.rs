@@ -29,14 +29,14 @@ impl Corners {
 
     /// Columns and rows of the corners.
     #[inline]
-    pub(crate) fn places(&self) -> [(u32, u32); 4] {
+    pub(crate) fn positions(&self) -> [(u32, u32); 4] {
         [(self.x0, self.y0), (self.x1, self.y0), (self.x0, self.y1), (self.x1, self.y1)]
     }
 
     /// Indices of the corners in the image.
     #[inline]
     pub(crate) fn pixels(&self) -> [usize; 4] {
-        self.places().map(|(x, y)| y as usize * self.width + x as usize)
+        self.positions().map(|(x, y)| y as usize * self.width + x as usize)
     }
 
     /// Bilinear weights of the corners at pixel (x, y); extrapolated where the pixel does not lie between
@@ -56,7 +56,7 @@ impl Corners {
         let (weights, pixels) = (self.weights(x, y), self.pixels());
         let (mut sum, mut total) = (0.0, 0.0);
         let (mut plain, mut count) = (0.0, 0.0);
-        for (corner, (cx, cy)) in self.places().into_iter().enumerate() {
+        for (corner, (cx, cy)) in self.positions().into_iter().enumerate() {
             let (weight, value) = (weights[corner], values[corner]);
             if value.is_nan()
                 || planes.is_discontinuity(pixel, pixels[corner], cx.abs_diff(x).max(cy.abs_diff(y)))
@@ -102,17 +102,17 @@ mod tests {
     #[test]
     fn corners_are_clamped_at_the_last_row_and_column() {
         let inner = Corners::new(10, 7, 2, 1, 0);
-        assert_eq!(inner.places(), [(4, 0), (8, 0), (4, 4), (8, 4)]);
+        assert_eq!(inner.positions(), [(4, 0), (8, 0), (4, 4), (8, 4)]);
         assert_eq!(inner.pixels(), [4, 8, 44, 48]);
         // Three per side, and five outside the left one; the row above is outside the image.
         assert_eq!(edges(&inner), 4 * 3 + 5);
         assert!(inner.all_edges(|x, y| (3..=8).contains(&x) && y <= 4));
         assert!(!inner.all_edges(|x, y| (x, y) != (3, 4)));
         let border = Corners::new(10, 7, 2, 2, 1);
-        assert_eq!(border.places(), [(8, 4), (9, 4), (8, 6), (9, 6)]);
-        assert_eq!(Corners::new(10, 7, 0, 3, 2).places(), [(3, 2); 4]);
+        assert_eq!(border.positions(), [(8, 4), (9, 4), (8, 6), (9, 6)]);
+        assert_eq!(Corners::new(10, 7, 0, 3, 2).positions(), [(3, 2); 4]);
         let last = Corners::new(9, 5, 2, 2, 1);
-        assert_eq!((last.places(), edges(&last)), ([(8, 4); 4], 2));
+        assert_eq!((last.positions(), edges(&last)), ([(8, 4); 4], 2));
         assert_eq!(last.weights(8, 4), [1.0, 0.0, 0.0, 0.0]);
     }
 
@@ -120,7 +120,7 @@ mod tests {
     fn interpolation_follows_a_ramp() {
         let corners = Corners::new(100, 100, 3, 2, 3);
         let ramp = |x: u32, y: u32| 0.25 * x as f32 - 0.5 * y as f32;
-        let values = corners.places().map(|(x, y)| ramp(x, y));
+        let values = corners.positions().map(|(x, y)| ramp(x, y));
         for (x, y) in [(16, 24), (19, 30), (24, 32), (16, 27), (15, 25)] {
             // All numbers are short binary fractions.
             let weights = corners.weights(x, y);

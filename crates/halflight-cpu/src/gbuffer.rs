@@ -223,7 +223,7 @@ impl Kernel for Band<'_> {
                     packet.push(self.view.direction(pixel % width, self.rows.top + pixel / width));
                 }
                 packet.finish::<S>();
-                self.bvh.nearest::<S>(&packet, &mut stack, &mut hits);
+                self.bvh.closest_hit::<S>(&packet, &mut stack, &mut hits);
                 for (ray, &pixel) in pixels.iter().enumerate() {
                     let triangle = hits.triangle[ray];
                     let seen = &mut surfaces[triangle as usize % SURFACES];

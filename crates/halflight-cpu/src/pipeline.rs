@@ -468,9 +468,9 @@ impl State {
             buffers.fragments.validate(gbuffer)?;
             stats.rays += rays;
             stats.stages_ms.visibility += masks_ms;
-            stats.stages_ms.prove += certify_ms;
+            stats.stages_ms.certify += certify_ms;
             stats.stages_ms.refine += lap(&mut clock) - masks_ms - certify_ms;
-            stats.proofs += refined.certified;
+            stats.certified += refined.certified;
             expected = expected.zip(refined.expected_error).map(|(sum, error)| sum + error);
 
             let fragments = &buffers.fragments;

@@ -66,7 +66,7 @@ impl Upsample {
                 stage: "this upsampler with the refiner `lattice`",
                 reason: "its cells share samples at their corners; use `lattice`",
             }),
-            _ if config.refiner == RefinerConfig::Full => Ok(Self::Pixels(pass(COPY, &[])?)),
+            _ if config.refiner == RefinerConfig::PerPixel => Ok(Self::Pixels(pass(COPY, &[])?)),
             UpsamplerConfig::Bilinear(_) => Ok(Self::Bilinear(pass(BILINEAR, &[])?)),
             UpsamplerConfig::RbfFixed(RbfFixedConfig { variance, copied_level, reach }) => {
                 rbf(variance, reach, copied_level, 0.0)

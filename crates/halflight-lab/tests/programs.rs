@@ -16,7 +16,7 @@ repetitions = 1
 reference = { samples = 512, seed = 7 }
 scene = [{ name = "contact" }]
 [[grid]]
-refiners = [{ name = "full" }]
+refiners = [{ name = "per-pixel" }]
 upsamplers = ["bilinear"]
 shadings = ["ratio"]
 samples = [4]

@@ -1,4 +1,4 @@
-//! Stored results carry their proof: every row names its commit and its machine.
+//! Stored results carry their origin: every row names its commit and its machine.
 
 #![allow(clippy::unwrap_used)]
 
@@ -50,7 +50,7 @@ fn every_stored_row_names_a_clean_commit_and_a_machine() {
 }
 
 #[test]
-fn rows_without_proof_are_noticed() {
+fn rows_without_origin_are_noticed() {
     assert_eq!(fault("a,commit,machine\n1,26aa678,m\n"), None);
     for wrong in [
         "a,commit,machine\n1,26aa678-dirty,m\n",

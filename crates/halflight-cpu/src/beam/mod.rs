@@ -49,7 +49,7 @@ pub struct Beam {
     stats: VisibilityStats,
     rows: Pool<Groups<Rows>>,
     points: Pool<Groups<Points>>,
-    prover: Certifier,
+    certifier: Certifier,
 }
 
 impl Beam {
@@ -66,7 +66,7 @@ impl Beam {
             stats: VisibilityStats::default(),
             rows: Pool::default(),
             points: Pool::default(),
-            prover: Certifier::default(),
+            certifier: Certifier::default(),
         }
     }
 
@@ -183,8 +183,14 @@ impl Visibility for Beam {
         }
     }
 
-    fn certify(&mut self, frame: &Frame, light: u32, regions: &[Region], proofs: &mut Vec<Certificate>) {
-        self.prover.certify(&self.bvh, frame.light(light), regions, proofs);
+    fn certify(
+        &mut self,
+        frame: &Frame,
+        light: u32,
+        regions: &[Region],
+        certificates: &mut Vec<Certificate>,
+    ) {
+        self.certifier.certify(&self.bvh, frame.light(light), regions, certificates);
     }
 
     fn stats(&self) -> VisibilityStats {

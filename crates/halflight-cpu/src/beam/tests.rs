@@ -61,7 +61,7 @@ fn hall_by_every_way_there_is() {
 }
 
 #[test]
-fn open_floors_are_proved_to_be_lit() {
+fn open_floors_are_certified_to_be_lit() {
     for (height, side) in [(0.0, 4.0), (5.3, 4.0), (-700.1, 40.0)] {
         let corner = |x: f32, z: f32| Vec3::new(x * side, height, z * side);
         let [a, b, c, d] = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, z)| corner(x, z));
@@ -158,9 +158,9 @@ fn ask_clusters(origins: &[Vec3]) -> MaskBatch {
 }
 
 #[test]
-fn thin_and_tiny_triangles_do_not_break_a_proof() {
+fn thin_and_tiny_triangles_do_not_break_a_certificate() {
     let mut numbers = Numbers(9);
-    let mut proved = VisibilityStats::default();
+    let mut certified = VisibilityStats::default();
     for round in 0..60 {
         // Wires and specks between a light and its receivers, and plates that nearly cover it.
         let mut corners = Vec::new();
@@ -185,10 +185,10 @@ fn thin_and_tiny_triangles_do_not_break_a_proof() {
         let mut beam = Beam::new(bvh);
         let found = answer(&mut beam, &scene, &mut batch);
         assert_eq!(first_difference(&found, &expected), None, "round {round}");
-        proved += beam.stats();
+        certified += beam.stats();
     }
-    assert!(proved.lit > 1000 && proved.umbra > 1000, "{proved:?}");
-    assert_eq!(proved.spared, 64 * (proved.lit + proved.umbra));
+    assert!(certified.lit > 1000 && certified.umbra > 1000, "{certified:?}");
+    assert_eq!(certified.spared, 64 * (certified.lit + certified.umbra));
 }
 
 #[test]

@@ -61,7 +61,12 @@ impl Bvh {
     /// lowest index wins where a ray meets several triangles in one point, because they are coplanar or
     /// touch.
     #[inline(always)]
-    pub(crate) fn nearest<S: Simd>(&self, packet: &Packet, stack: &mut [(u32, f32); STACK], hits: &mut Hits) {
+    pub(crate) fn closest_hit<S: Simd>(
+        &self,
+        packet: &Packet,
+        stack: &mut [(u32, f32); STACK],
+        hits: &mut Hits,
+    ) {
         *hits = Hits::new();
         if self.nodes.is_empty() || packet.count == 0 {
             return;

@@ -32,13 +32,13 @@ pub struct BvhRays {
     bvh: Arc<Bvh>,
     isa: Isa,
     together: bool,
-    prover: Arc<Certifier>,
+    certifier: Arc<Certifier>,
 }
 
 impl BvhRays {
     /// Traces rays in packets, with the widest vectors that the CPU has.
     pub fn new(bvh: Arc<Bvh>) -> Self {
-        Self { bvh, isa: Isa::best(), together: true, prover: Arc::default() }
+        Self { bvh, isa: Isa::best(), together: true, certifier: Arc::default() }
     }
 
     /// Traces one ray at a time; the masks are identical. For comparison.
@@ -78,8 +78,14 @@ impl Visibility for BvhRays {
         });
     }
 
-    fn certify(&mut self, frame: &Frame, light: u32, regions: &[Region], proofs: &mut Vec<Certificate>) {
-        self.prover.certify(&self.bvh, frame.light(light), regions, proofs);
+    fn certify(
+        &mut self,
+        frame: &Frame,
+        light: u32,
+        regions: &[Region],
+        certificates: &mut Vec<Certificate>,
+    ) {
+        self.certifier.certify(&self.bvh, frame.light(light), regions, certificates);
     }
 
     fn bytes(&self) -> usize {

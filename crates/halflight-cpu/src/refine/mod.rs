@@ -1,9 +1,9 @@
 //! Refiners: they choose the fragments of an image.
 
 mod discontinuities;
-mod full;
 mod lattice;
 mod nichols;
+mod per_pixel;
 mod pixel_set;
 mod representative;
 mod sfvt_gass;
@@ -11,9 +11,9 @@ mod target;
 #[cfg(test)]
 mod tests;
 
-pub use full::Full;
 pub use lattice::{Lattice, LatticeConfig};
 pub use nichols::{Nichols, NicholsConfig};
+pub use per_pixel::PerPixel;
 pub use sfvt_gass::{SfvtGass, SfvtGassConfig};
 pub use target::{Budget, Steps};
 

@@ -91,7 +91,7 @@ impl Default for Steps {
 
 impl Budget {
     /// Pilot samples along one side of the light.
-    pub const TRIAL: u16 = FIRST;
+    pub const PILOT: u16 = FIRST;
 
     /// Most samples along one side of the light that every receiver gets at once.
     pub const ONCE: u16 = ONCE;

@@ -303,8 +303,8 @@ fn where_most_pixels_would_be_traced_all_are() {
     let (fragments, rays) = floor.refine(&mut Lattice::new(config), disagreement);
     assert_eq!((fragments.cells().len(), fragments.samples().len()), (128 * 64, 128 * 64));
     // The pilot samples: 64 at one corner per cell of 8².
-    let trial = 17 * 9;
-    assert_eq!(rays, trial * 64 + (128 * 64 - trial) * 16);
+    let pilot = 17 * 9;
+    assert_eq!(rays, pilot * 64 + (128 * 64 - pilot) * 16);
     for (pixel, fraction) in fractions(&floor, &fragments).into_iter().enumerate() {
         let seen = disagreement(pixel as u32 % 128, pixel as u32 / 128) != 0;
         assert_eq!(fraction, Some(if seen { 1.0 } else { 0.0 }), "pixel {pixel}");

@@ -39,13 +39,13 @@ impl Certifier {
         bvh: &Bvh,
         light: &AreaLight,
         regions: &[Region],
-        proofs: &mut Vec<Certificate>,
+        certificates: &mut Vec<Certificate>,
     ) {
         let isa = Isa::best();
-        let prove = |region: &Region| {
+        let certify = |region: &Region| {
             self.pool.lend(Work::default, |work| isa.run(Attempt { work, bvh, light, region: *region }))
         };
-        regions.par_iter().with_min_len(16).map(prove).collect_into_vec(proofs);
+        regions.par_iter().with_min_len(16).map(certify).collect_into_vec(certificates);
     }
 }
 
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_proved_holds_at_every_receiver() {
+    fn certificates_hold_at_every_receiver() {
         let lamp = lamp(Vec3::new(4.0, 3.8, 8.0), 1.5);
         let mut boxes = soup(40, 0.6);
         boxes.iter_mut().flatten().for_each(|corner| *corner += Vec3::new(4.0, 1.8, 8.0));
@@ -252,9 +252,9 @@ mod tests {
             for size in [0.002, 0.02, 0.2] {
                 let middle = |&low: &Vec3| Region { low, high: low + Vec3::new(size, size * 0.1, size) };
                 let regions: Vec<Region> = origins.iter().map(middle).collect();
-                let mut proofs = Vec::new();
-                Certifier::default().certify(&bvh, &scene.lights[0], &regions, &mut proofs);
-                for (region, proof) in regions.iter().zip(proofs) {
+                let mut certificates = Vec::new();
+                Certifier::default().certify(&bvh, &scene.lights[0], &regions, &mut certificates);
+                for (region, certificate) in regions.iter().zip(certificates) {
                     let at =
                         |x: f32, y: f32, z: f32| region.low + (region.high - region.low) * Vec3::new(x, y, z);
                     let receivers = [
@@ -267,7 +267,7 @@ mod tests {
                     let shares = shares(&scene, &receivers);
                     let low = shares.iter().copied().fold(1.0, f32::min);
                     let high = shares.iter().copied().fold(0.0, f32::max);
-                    match proof {
+                    match certificate {
                         Certificate::Lit => assert_eq!((low, high), (1.0, 1.0)),
                         Certificate::Umbra => assert_eq!((low, high), (0.0, 0.0)),
                         // Samples resolve an edge across the light to within a row of 16, and a shape has two
@@ -277,11 +277,12 @@ mod tests {
                         }
                         Certificate::Open => {}
                     }
-                    lit += u32::from(proof == Certificate::Lit);
-                    umbra += u32::from(proof == Certificate::Umbra);
-                    bounded += u32::from(matches!(proof, Certificate::Bounded(share) if share < 0.5));
-                    tight +=
-                        u32::from(matches!(proof, Certificate::Bounded(share) if share < 0.5 && high > low));
+                    lit += u32::from(certificate == Certificate::Lit);
+                    umbra += u32::from(certificate == Certificate::Umbra);
+                    bounded += u32::from(matches!(certificate, Certificate::Bounded(share) if share < 0.5));
+                    tight += u32::from(
+                        matches!(certificate, Certificate::Bounded(share) if share < 0.5 && high > low),
+                    );
                 }
             }
         }
@@ -293,7 +294,7 @@ mod tests {
     fn regions_without_sense_are_open() {
         let scene = scene(&hall(), lamp(Vec3::new(4.0, 3.8, 8.0), 1.5));
         let bvh = Bvh::build(&scene.mesh).unwrap();
-        let mut proofs = Vec::new();
+        let mut certificates = Vec::new();
         let everywhere = Region { low: Vec3::NEG_INFINITY, high: Vec3::INFINITY };
         let nan = Region { low: Vec3::NAN, high: Vec3::ONE };
         // A region across the light's plane.
@@ -302,9 +303,9 @@ mod tests {
             &bvh,
             &scene.lights[0],
             &[Region::EMPTY, everywhere, nan, across],
-            &mut proofs,
+            &mut certificates,
         );
-        assert_eq!(proofs[..3], [Certificate::Open; 3]);
-        assert_ne!(proofs[3], Certificate::Lit);
+        assert_eq!(certificates[..3], [Certificate::Open; 3]);
+        assert_ne!(certificates[3], Certificate::Lit);
     }
 }

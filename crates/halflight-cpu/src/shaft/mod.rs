@@ -48,12 +48,12 @@ impl<M: Samples> Kernel for Share<'_, M> {
     fn run<S: Simd>(self) {
         let Self { samples, list, hull, queries, wanted, visible, words, members, stats } = self;
         let blocks = list.blocks();
-        let mut proved = if blocks.is_empty() { Some(true) } else { None };
+        let mut certified = if blocks.is_empty() { Some(true) } else { None };
         for (number, &member) in members.iter().enumerate() {
             let query = usize::from(member);
             let slots = query * words..(query + 1) * words;
             let (wanted, visible) = (&wanted[slots.clone()], &mut visible[slots]);
-            if let Some(lit) = proved {
+            if let Some(lit) = certified {
                 if lit {
                     visible.copy_from_slice(wanted);
                     stats.lit += 1;
@@ -69,7 +69,7 @@ impl<M: Samples> Kernel for Share<'_, M> {
                 if let Some(lane) = samples.occlude::<S>(block) {
                     // The test rarely succeeds where the first member is not in full shadow.
                     if number == 0 && hull.is_covered::<S>(block, lane) {
-                        proved = Some(false);
+                        certified = Some(false);
                     }
                     break;
                 }

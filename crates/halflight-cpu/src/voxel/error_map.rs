@@ -252,7 +252,7 @@ pub fn segments(bvh: &Bvh) -> impl Fn(Vec3, Vec3) -> bool + Sync + '_ {
             packet.clear(from);
             packet.push(to - from);
             packet.finish::<S>();
-            bvh.nearest::<S>(&packet, &mut [(0u32, 0.0f32); STACK], &mut hits);
+            bvh.closest_hit::<S>(&packet, &mut [(0u32, 0.0f32); STACK], &mut hits);
             hits.t[0] < 1.0
         }
     }

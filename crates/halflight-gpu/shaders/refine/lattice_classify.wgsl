@@ -3,7 +3,7 @@
 //@ needs shared/children shared/corners shared/inside
 
 @compute @workgroup_size(8, 8)
-fn look(@builtin(global_invocation_id) at: vec3<u32>) {
+fn classify(@builtin(global_invocation_id) at: vec3<u32>) {
     // If every pixel is traced there are no coarser cells.
     if any(at.xy >= level_size(frame.level)) || frame.level > frame.coarsest {
         return;

@@ -3,7 +3,7 @@
 //@ needs shared/children shared/fractions
 
 @compute @workgroup_size(8, 8)
-fn mend(@builtin(global_invocation_id) at: vec3<u32>) {
+fn close_cracks(@builtin(global_invocation_id) at: vec3<u32>) {
     if any(at.xy >= level_size(frame.level)) || frame.level > frame.coarsest {
         return;
     }

@@ -7,7 +7,7 @@
 override COUNTED: u32 = 1u;
 
 @compute @workgroup_size(8, 8)
-fn ask(here: Tile) {
+fn request(here: Tile) {
     let place = min(here.at.xy << vec2(frame.level), vec2(frame.width, frame.height) - 1u);
     let pixel = place.y * frame.width + place.x;
     let asks = is_wanted(here.at.xy) && is_receiver(pixel) && cells[pixel].slot == 0u;

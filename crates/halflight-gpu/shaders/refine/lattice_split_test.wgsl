@@ -2,7 +2,7 @@
 //@ needs shared/children shared/fractions shared/inside shared/representative
 
 @compute @workgroup_size(8, 8)
-fn judge(@builtin(global_invocation_id) at: vec3<u32>) {
+fn split_test(@builtin(global_invocation_id) at: vec3<u32>) {
     if any(at.xy >= level_size(frame.level)) {
         return;
     }

@@ -7,7 +7,7 @@
 override DIAGONAL: bool = false;
 
 @compute @workgroup_size(64)
-fn settle(here: Lane) {
+fn commit(here: Lane) {
     let query = query_of(invocation(here));
     if query == NONE {
         return;

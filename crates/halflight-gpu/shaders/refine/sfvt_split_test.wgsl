@@ -7,7 +7,7 @@
 // True if cells get the value 0 when no sub-fragment sees any light.
 override DARK_CULLING: bool = true;
 // True if every stable cell above level 2 gets three additional level-0 samples.
-override FURTHER_SAMPLES: bool = true;
+override ADDITIONAL_SAMPLES: bool = true;
 
 // Masks of one quadrant for 32 samples.
 struct QuadrantMask {
@@ -19,7 +19,7 @@ struct QuadrantMask {
 const RING: array<u32, 4> = array(0u, 1u, 3u, 2u);
 
 @compute @workgroup_size(64)
-fn judge(here: Lane) {
+fn split_test(here: Lane) {
     let first = invocation(here) * frame.slots;
     if first >= atomicLoad(&counters[END]) {
         return;
@@ -85,7 +85,7 @@ fn split(cell: vec2<u32>, deep: u32) {
 
 fn keep(first: u32, index: u32, cell: vec2<u32>, dark: bool) {
     samples[index] = centre_sample(first);
-    let additional = !dark && FURTHER_SAMPLES && frame.level > 2u;
+    let additional = !dark && ADDITIONAL_SAMPLES && frame.level > 2u;
     cells[index].kept = select(KEPT, KEPT_MORE, additional);
     if !additional {
         return;

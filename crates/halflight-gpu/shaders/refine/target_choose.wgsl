@@ -14,7 +14,7 @@ override INTERPOLATION: f32 = 0.0;
 const LEAST: u32 = 4u;
 const MOST: u32 = 20u;
 const FIRST: u32 = 8u;
-const TRIAL: f32 = f32(FIRST * FIRST);
+const PILOT: f32 = f32(FIRST * FIRST);
 const SIDES: u32 = MOST - LEAST + 1u;
 
 // Fraction of differing neighbours from which on samples are practically independent.
@@ -55,13 +55,13 @@ fn choose(@builtin(local_invocation_index) lane: u32) {
         if cells[pixel].slot == 0u {
             continue;
         }
-        let shown = samples[pixel];
-        energy += shown.at.x;
-        if shown.at.y > 0.0 {
-            let power = 1.5 - 0.5 * min(shown.value / INDEPENDENT, 1.0);
+        let pilot = samples[pixel];
+        energy += pilot.at.x;
+        if pilot.at.y > 0.0 {
+            let power = 1.5 - 0.5 * min(pilot.value / INDEPENDENT, 1.0);
             for (var side = 0u; side < SIDES; side++) {
                 let columns = f32(LEAST + side);
-                noise[side] += shown.at.y * pow(TRIAL / (columns * columns), power);
+                noise[side] += pilot.at.y * pow(PILOT / (columns * columns), power);
             }
         }
     }
@@ -114,7 +114,7 @@ fn pattern_of(side: u32) -> Pattern {
 fn choice_of(side: u32) -> Choice {
     let pattern = pattern_of(side);
     // Below the masks' own noise, pixels are no better than the values they replace.
-    let deviation = DEVIATION * pow(TRIAL / f32(pattern.count), DECAY);
+    let deviation = DEVIATION * pow(PILOT / f32(pattern.count), DECAY);
     var none: Pattern;
     let error = clamp(max(INTERPOLATION, DEVIATIONS * deviation), LEAST_ERROR, MOST_ERROR);
     return Choice(pattern, error, frame.coarsest, none);

@@ -12,7 +12,7 @@ const STEP_AGREED: f32 = 5e-4;
 const STEP_MIXED: f32 = 2e-3;
 
 @compute @workgroup_size(8, 8)
-fn expect(here: Tile) {
+fn predict(here: Tile) {
     var share = 0.0;
     if here.at.x < frame.width && here.at.y < frame.height {
         let level = owners[pixel_of(here.at.xy)];

@@ -22,8 +22,8 @@ programs! {
     DISCONTINUITIES: "discontinuities" = find in "refine/discontinuities";
     GATHER: "discontinuities: gather" = gather in "refine/discontinuities_gather";
     VALUE: "lattice: value" = value in "refine/lattice_value";
-    SPLIT_TEST: "lattice: split test" = judge in "refine/lattice_split_test";
-    CLOSE_CRACKS: "lattice: close cracks" = mend in "refine/lattice_close_cracks";
+    SPLIT_TEST: "lattice: split test" = split_test in "refine/lattice_split_test";
+    CLOSE_CRACKS: "lattice: close cracks" = close_cracks in "refine/lattice_close_cracks";
 }
 
 /// Rounds of comparisons of kept cells with their neighbours. The CPU goes on until none is contradicted, which took up to four
@@ -52,8 +52,8 @@ impl Lattice {
     ) -> Result<Self, GpuError> {
         if config.certify {
             return Err(GpuError::Unsupported {
-                stage: "lattice with proofs",
-                reason: "no backend proves anything here; leave `certify` out",
+                stage: "lattice with certificates",
+                reason: "no backend certifies anything here; leave `certify` out",
             });
         }
         let target = (config.target > 0.0).then(|| Target::new(compiler, config.target)).transpose()?;
@@ -109,7 +109,7 @@ impl Refiner for Lattice {
             ..frame
         });
         let coarsest = frames.last().copied().filter(|_| self.target.is_some());
-        frames.extend(coarsest.map(|frame| Frame { pattern: Target::trial(pattern), ..frame }));
+        frames.extend(coarsest.map(|frame| Frame { pattern: Target::pilot_pattern(pattern), ..frame }));
         frames
     }
 

@@ -1,8 +1,8 @@
 //! Refiners: a file each, with its passes, the buffers that it declares, and the order of the passes.
 
-mod full;
 mod lattice;
 mod nichols;
+mod per_pixel;
 mod refiner;
 mod request;
 mod sfvt_gass;
@@ -22,9 +22,9 @@ pub(crate) use target::Choice;
 /// Programs of all refiners.
 #[cfg(test)]
 pub(crate) const PROGRAMS: &[&[crate::program::Program]] = &[
-    full::PROGRAMS,
     lattice::PROGRAMS,
     nichols::PROGRAMS,
+    per_pixel::PROGRAMS,
     refiner::PROGRAMS,
     request::PROGRAMS,
     sfvt_gass::PROGRAMS,
@@ -38,7 +38,7 @@ pub(crate) const PROGRAMS: &[&[crate::program::Program]] = &[
 /// The refiner does not exist on the GPU, or a shader cannot be compiled.
 pub(crate) fn refiner(compiler: &Compiler, config: &PipelineConfig) -> Result<Box<dyn Refiner>, GpuError> {
     Ok(match config.refiner {
-        RefinerConfig::Full => Box::new(full::Full::new(compiler)?),
+        RefinerConfig::PerPixel => Box::new(per_pixel::PerPixel::new(compiler)?),
         RefinerConfig::Nichols(own) => Box::new(nichols::Nichols::new(compiler, own, config.shading)?),
         RefinerConfig::SfvtGass(own) => Box::new(sfvt_gass::SfvtGass::new(compiler, own, config.shading)?),
         RefinerConfig::Lattice(own) => Box::new(lattice::Lattice::new(compiler, own, config.shading)?),

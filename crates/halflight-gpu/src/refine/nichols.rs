@@ -21,7 +21,7 @@ programs! {
     REUSE: "nichols: reuse" = reuse in "refine/nichols_reuse";
     MERGE: "nichols: merge" = merge in "refine/nichols_merge";
     COMPARE: "nichols: compare" = compare in "refine/nichols_compare";
-    COMMIT: "nichols: commit" = settle in "refine/nichols_commit";
+    COMMIT: "nichols: commit" = commit in "refine/nichols_commit";
 }
 
 /// Passes of Nichols10.

@@ -8,8 +8,8 @@ use crate::recorder::{Groups, Recorder};
 use crate::stats::Timed;
 
 programs! {
-    CLASSIFY: "lattice: classify" = look in "refine/lattice_classify";
-    REQUEST: "lattice: request" = ask in "refine/lattice_request";
+    CLASSIFY: "lattice: classify" = classify in "refine/lattice_classify";
+    REQUEST: "lattice: request" = request in "refine/lattice_request";
 }
 
 /// Passes that find pending cells and ask at their corners.

@@ -18,7 +18,7 @@ use crate::stats::Timed;
 
 programs! {
     CLASSIFY: "sfvt-gass: classify" = classify in "refine/sfvt_classify";
-    SPLIT_TEST: "sfvt-gass: split test" = judge in "refine/sfvt_split_test";
+    SPLIT_TEST: "sfvt-gass: split test" = split_test in "refine/sfvt_split_test";
     VALUE: "sfvt-gass: value" = value in "refine/sfvt_value";
     FINALS: "sfvt-gass: finals" = finals in "refine/sfvt_finals";
 }
@@ -42,7 +42,7 @@ impl SfvtGass {
     ) -> Result<Self, GpuError> {
         let shading = shading_flag(shading);
         let dark = ("DARK_CULLING", flag(config.dark_culling));
-        let additional = ("FURTHER_SAMPLES", flag(config.additional_samples));
+        let additional = ("ADDITIONAL_SAMPLES", flag(config.additional_samples));
         Ok(Self {
             config,
             cells: Cells::new(compiler, true, true)?,

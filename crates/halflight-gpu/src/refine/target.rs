@@ -18,11 +18,11 @@ use crate::recorder::{Groups, Recorder};
 use crate::stats::{ENERGY, EXPECTED, Timed};
 
 programs! {
-    SHOW: "error target: show" = show in "refine/target_show";
+    EVALUATE: "error target: evaluate" = evaluate in "refine/target_evaluate";
     CHOOSE: "error target: choose" = choose in "refine/target_choose";
     COUNT: "error target: count" = count in "refine/target_count";
     DECIDE: "error target: decide" = decide in "refine/target_decide";
-    PREDICT: "error target: predict" = expect in "refine/target_predict";
+    PREDICT: "error target: predict" = predict in "refine/target_predict";
     MEASURE: "error target: measure" = measure in "refine/target_energy";
     SUM: "error target: sum" = sum in "refine/target_sum";
 }
@@ -41,7 +41,7 @@ pub(crate) struct Choice {
 #[derive(Debug)]
 pub(super) struct Target {
     request: Request,
-    show: Pass,
+    evaluate: Pass,
     choose: Pass,
     count: Pass,
     decide: Pass,
@@ -64,7 +64,7 @@ impl Target {
         let sum = |counter: usize| compiler.pass(SUM, &[("COUNTER", counter as f64)]);
         Ok(Self {
             request: Request::new(compiler, false)?,
-            show: compiler.pass(SHOW, &[])?,
+            evaluate: compiler.pass(EVALUATE, &[])?,
             choose: compiler.pass(CHOOSE, &constants)?,
             count: compiler.pass(COUNT, &[])?,
             decide: compiler.pass(DECIDE, &[("SHARE_1", one), ("SHARE_2", two)])?,
@@ -83,8 +83,8 @@ impl Target {
     }
 
     /// Returns the pattern of pilot samples.
-    pub(super) fn trial(pattern: Pattern) -> GpuPattern {
-        GpuPattern::new(Pattern { columns: Budget::TRIAL, rows: Budget::TRIAL, ..pattern })
+    pub(super) fn pilot_pattern(pattern: Pattern) -> GpuPattern {
+        GpuPattern::new(Pattern { columns: Budget::PILOT, rows: Budget::PILOT, ..pattern })
     }
 
     /// Records pilot samples at the coarsest corners and the choice of a sampling plan, and writes the plan into the uniforms
@@ -98,7 +98,7 @@ impl Target {
     ) {
         let pilot = first + coarsest + 1;
         self.request.record(recorder, tracer, pilot, coarsest, false);
-        recorder.run(&self.show, Timed::Refine, pilot, Groups::Queries);
+        recorder.run(&self.evaluate, Timed::Refine, pilot, Groups::Queries);
         recorder.run(&self.choose, Timed::Refine, pilot, Groups::Count(1));
         Self::adopt(recorder, first, coarsest);
     }

@@ -26,7 +26,7 @@ fn structure(module: &naga::Module, name: &str) -> (Vec<(String, u32)>, u32) {
 
 #[test]
 fn structures_are_laid_out_alike() {
-    let module = &parsed(&named("full")).0;
+    let module = &parsed(&named("per-pixel")).0;
     check!(module, "Pattern", GpuPattern, kind, columns, rows, count, words, stride, scale);
     check!(
         module,

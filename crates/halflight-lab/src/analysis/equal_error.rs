@@ -114,7 +114,7 @@ pub fn summary(rows: &[Finished], targets: &[f64]) -> Summary {
 
 /// Returns the choices that tell families apart.
 fn key(record: &Record) -> [&str; 4] {
-    let upsampler = if record.refiner == "full" { "" } else { &record.upsampler };
+    let upsampler = if record.refiner == "per-pixel" { "" } else { &record.upsampler };
     [&record.refiner, &record.visibility, upsampler, &record.shading]
 }
 
@@ -211,10 +211,10 @@ pub(crate) mod tests {
 
     pub(crate) fn rows() -> Vec<Finished> {
         vec![
-            row("hall", "full", 4, 10.0, 1e-3),
-            row("hall", "full", 16, 40.0, 1e-4),
+            row("hall", "per-pixel", 4, 10.0, 1e-3),
+            row("hall", "per-pixel", 16, 40.0, 1e-4),
             row("hall", "nichols", 64, 5.0, 9e-4),
-            row("tree", "full", 4, 100.0, 1e-3),
+            row("tree", "per-pixel", 4, 100.0, 1e-3),
             row("tree", "nichols", 64, 20.0, 2e-3),
         ]
     }
@@ -223,10 +223,10 @@ pub(crate) mod tests {
     fn families_that_do_not_reach_a_target_say_so() {
         let summary = summary(&rows(), &[1e-3, 1e-4]);
         assert_eq!(summary.families.len(), 2);
-        let (full, nichols) = (&summary.families[0], &summary.families[1]);
-        assert_eq!(full.label(), "full · ratio · bvh");
-        assert!((full.mean(0).unwrap() - 1000f64.sqrt()).abs() < 1e-9);
-        assert_eq!((full.mean(1), nichols.mean(0)), (None, None));
+        let (per_pixel, nichols) = (&summary.families[0], &summary.families[1]);
+        assert_eq!(per_pixel.label(), "per-pixel · ratio · bvh");
+        assert!((per_pixel.mean(0).unwrap() - 1000f64.sqrt()).abs() < 1e-9);
+        assert_eq!((per_pixel.mean(1), nichols.mean(0)), (None, None));
         let table = summary.table();
         assert_eq!(table.columns[7..], ["hall, ms", "tree, ms"]);
         assert_eq!(table.lines[0].cells[5..], ["31.6", "1.00", "10.0", "100.0"]);

@@ -53,7 +53,7 @@ mod tests {
     use crate::results::record::tests::finished;
 
     fn of(visibility: &str, samples: u32, time: f64, error: f64) -> Finished {
-        let mut row = finished("full", "bilinear", time, error);
+        let mut row = finished("per-pixel", "bilinear", time, error);
         row.record.visibility = visibility.to_string();
         row.record.samples = samples;
         row

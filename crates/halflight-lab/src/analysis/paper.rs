@@ -137,7 +137,7 @@ mod tests {
     #[test]
     fn columns_without_a_figure_of_the_paper_s_can_be_left_out() {
         let paper = Experiment::resolve("wang-table3").unwrap().paper.unwrap();
-        let mut ours = finished("full", "bilinear", 80.0, 3e-3);
+        let mut ours = finished("per-pixel", "bilinear", 80.0, 3e-3);
         (ours.record.scene, ours.record.visibility) = ("tower".to_string(), "raster4d".to_string());
         let table = table(&paper, &[ours]);
         let place = table.columns.iter().position(|column| column == "masks ms").unwrap();
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn relevant_pairs_are_shares_of_those_looked_at() {
         let paper = Experiment::resolve("wang-table7").unwrap().paper.unwrap();
-        let mut ours = finished("full", "bilinear", 80.0, 3e-3);
+        let mut ours = finished("per-pixel", "bilinear", 80.0, 3e-3);
         (ours.record.scene, ours.record.visibility) = ("church".to_string(), "raster4d".to_string());
         let table = table(&paper, &[ours]);
         let place = table.columns.iter().position(|column| column == "relevant pairs, %").unwrap();

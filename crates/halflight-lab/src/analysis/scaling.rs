@@ -198,7 +198,7 @@ pub(crate) mod tests {
         for (visibility, factor, exponent) in [("bvh", 0.1, 1.0), ("raster4d", 1.0, 0.5)] {
             // Not in ascending order.
             for samples in [1024, 64, 256] {
-                let mut row = finished("full", "bilinear", 1.0, 1e-4);
+                let mut row = finished("per-pixel", "bilinear", 1.0, 1e-4);
                 row.record.visibility = visibility.to_string();
                 row.record.samples = samples;
                 row.record.visibility_ms = factor * f64::from(samples).powf(exponent);

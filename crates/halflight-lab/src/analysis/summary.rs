@@ -54,12 +54,13 @@ fn front(
 
 /// Returns which rows reach the goal in least time and with fewest rays, beside Monte Carlo with the most samples.
 fn goal(rows: &[&Finished]) -> Vec<String> {
-    let full = rows.iter().filter(|row| row.record.refiner == "full" && row.record.visibility == "bvh");
-    let full = full.max_by_key(|row| row.record.samples);
+    let per_pixel =
+        rows.iter().filter(|row| row.record.refiner == "per-pixel" && row.record.visibility == "bvh");
+    let per_pixel = per_pixel.max_by_key(|row| row.record.samples);
     let reached: Vec<&&Finished> =
-        rows.iter().filter(|row| row.record.refiner != "full" && row.record.nmse2 <= GOAL).collect();
+        rows.iter().filter(|row| row.record.refiner != "per-pixel" && row.record.nmse2 <= GOAL).collect();
     let Some(fastest) = reached.iter().min_by(|a, b| a.record.total_ms.total_cmp(&b.record.total_ms)) else {
-        let best = rows.iter().filter(|row| row.record.refiner != "full");
+        let best = rows.iter().filter(|row| row.record.refiner != "per-pixel");
         let best = best.min_by(|a, b| a.record.nmse2.total_cmp(&b.record.nmse2));
         let words = |best: &&Finished| {
             let (label, nmse2) = (&best.label, best.record.nmse2);
@@ -67,13 +68,13 @@ fn goal(rows: &[&Finished]) -> Vec<String> {
         };
         return best.map(words).into_iter().collect();
     };
-    let share = |row: &Finished| match full {
-        Some(full) if full.record.rays > 0 => {
+    let share = |row: &Finished| match per_pixel {
+        Some(per_pixel) if per_pixel.record.rays > 0 => {
             format!(
-                ", {:.0} % of the rays and {:.0} % of the time of full with {} samples",
-                100.0 * row.record.rays as f64 / full.record.rays as f64,
-                100.0 * row.record.total_ms / full.record.total_ms,
-                full.record.samples
+                ", {:.0} % of the rays and {:.0} % of the time of per-pixel with {} samples",
+                100.0 * row.record.rays as f64 / per_pixel.record.rays as f64,
+                100.0 * row.record.total_ms / per_pixel.record.total_ms,
+                per_pixel.record.samples
             )
         }
         _ => String::new(),
@@ -119,7 +120,7 @@ mod tests {
             finished("nichols", "bilinear", 10.0, 1e-2),
             finished("nichols", "delaunay", 12.0, 3e-4),
             finished("sfvt-gass", "delaunay", 20.0, 2e-4),
-            finished("full", "bilinear", 100.0, 1e-6),
+            finished("per-pixel", "bilinear", 100.0, 1e-6),
         ];
         let text = sentences(&rows.iter().collect::<Vec<_>>()).join("\n");
         assert!(text.contains("nichols · bilinear · ratio (10 ms, 1.00e-2); nichols · delaunay"), "{text}");

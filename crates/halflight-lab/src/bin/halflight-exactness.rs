@@ -20,7 +20,7 @@ use indicatif::{HumanCount, ProgressBar, ProgressStyle};
 static ALLOCATOR: Allocator = Allocator;
 
 /// Compares what pixels see with brute force in double precision, the masks of bvh, raster4d and beam bit for bit and with
-/// brute force, and tries to break what beams prove.
+/// brute force, and tries to break what beams certify.
 ///
 /// Fails where anything differs.
 #[derive(Parser)]
@@ -35,11 +35,11 @@ struct Arguments {
     /// Pairs that are compared with brute force over all triangles in each scene
     #[arg(long, value_name = "N", value_parser = count, default_value = "1e5")]
     brute_force: u64,
-    /// Receivers, times triangles of their scene, about which beams must have proved something while attacked; 0 for no
+    /// Receivers, times triangles of their scene, about which beams must have certified something while attacked; 0 for no
     /// attacks
     #[arg(long, value_name = "N", value_parser = count, default_value = "1e6")]
     certificates: u64,
-    /// Only the attacks on what beams prove
+    /// Only the attacks on what beams certify
     #[arg(long, conflicts_with_all = ["scene", "pairs", "brute_force"])]
     only_certificates: bool,
     /// Side of the square image whose pixels are compared with brute force in each scene; 0 for none
@@ -114,7 +114,7 @@ fn run(arguments: &Arguments) -> Result<bool> {
         let (columns, rows) = (&Outcome::COLUMNS, &[outcome]);
         exactness::write_csv(&arguments.out, "certificates.csv", columns, rows, arguments.seed, &provenance)?;
         if outcome.cases < arguments.certificates {
-            say(&format!("error: beams prove too little for {} cases", arguments.certificates));
+            say(&format!("error: beams certify too little for {} cases", arguments.certificates));
         }
         right &= outcome.different == 0 && outcome.cases >= arguments.certificates;
     }
@@ -172,12 +172,12 @@ fn bar(what: &str, length: u64) -> ProgressBar {
 
 /// Returns the outcome of attacks in words.
 fn account(outcome: &Outcome) -> String {
-    let Outcome { groups, proved, lit, umbra, cases, pairs, different, broken } = *outcome;
-    let [groups, proved, lit, umbra, cases, pairs] =
-        [groups, proved, lit, umbra, cases, pairs].map(|number| HumanCount(number).to_string());
+    let Outcome { groups, certified, lit, umbra, cases, pairs, different, broken } = *outcome;
+    let [groups, certified, lit, umbra, cases, pairs] =
+        [groups, certified, lit, umbra, cases, pairs].map(|number| HumanCount(number).to_string());
     let broken = broken.map_or_else(String::new, |index| format!(", first in attack {index}"));
     format!(
-        "certificates: {groups} groups attacked, {proved} proved something: {lit} receivers lit, {umbra} in umbra, {cases} \
+        "certificates: {groups} groups attacked, {certified} certified: {lit} receivers lit, {umbra} in umbra, {cases} \
          cases of a receiver and a triangle; of {pairs} pairs of a receiver and a light sample {different} differ from \
          brute force{broken}"
     )

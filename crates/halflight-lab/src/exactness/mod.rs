@@ -1,7 +1,7 @@
 //! Exactness suite: masks of all exact backends are compared with each other and with brute force bit for bit.
 //!
 //! [`check`] compares masks of the receivers of images of a scene; [`primary`] compares primary hits with brute force;
-//! [`certificates`] attacks the proofs of beams.
+//! [`certificates`] attacks the certificates of beams.
 
 pub mod certificates;
 pub mod primary;

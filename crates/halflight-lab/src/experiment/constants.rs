@@ -1,7 +1,8 @@
 //! Constants of refiners and backends, as experiment files write them.
 
-use halflight_cpu::config::Named;
+use halflight_cpu::config::{Named, RefinerConfig};
 use itertools::Itertools as _;
+use serde::{Deserialize as _, Deserializer};
 use serde_json::Value;
 
 /// Stage with its constants, and the constants that were set, as text for tables.
@@ -120,10 +121,14 @@ pub fn parameter(parameters: &str, constant: &str) -> Option<(f64, String)> {
     Some((value.parse().ok()?, others.join(";")))
 }
 
+/// Reads the name of a refiner from a stored row; a former name gives the name of today.
+pub(crate) fn refiner_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
+    let name = String::deserialize(deserializer)?;
+    Ok(RefinerConfig::named(&name).map_or(name, |refiner| refiner.name().to_string()))
+}
+
 #[cfg(test)]
 mod tests {
-    use halflight_cpu::config::RefinerConfig;
-
     use super::*;
 
     #[test]
@@ -150,6 +155,11 @@ mod tests {
         let RefinerConfig::SfvtGass(last) = choices[5].stage else { panic!("not the refiner asked for") };
         assert_eq!((last.fine_threshold, last.geometry.depth, last.inclusive), (4, 0.2, true));
         assert_eq!(choices[5].parameters, "fine_threshold=4;geometry.depth=0.2;inclusive=true");
+    }
+
+    #[test]
+    fn former_names_are_read() {
+        assert_eq!(expanded("name = 'full'").unwrap()[0].stage, RefinerConfig::PerPixel);
     }
 
     #[test]

@@ -56,7 +56,7 @@ mod tests {
         [[scene]]
         name = "contact"
         [[grid]]
-        refiners = [{ name = "full" }]
+        refiners = [{ name = "per-pixel" }]
         upsamplers = ["bilinear"]
         shadings = ["ratio"]
         samples = [4]
@@ -82,8 +82,11 @@ mod tests {
     fn faults_name_file_line_and_key() {
         let unknown = fault(&SMALL.replace("repetitions", "repetition"));
         assert!(unknown.starts_with("small.toml, line 5: unknown field `repetition`"), "{unknown}");
-        let unknown = fault(&SMALL.replace("\"full\" }", "\"full\", level = 3 }"));
-        assert!(unknown.contains("small.toml: grid 1: refiner `full` has no constant `level`"), "{unknown}");
+        let unknown = fault(&SMALL.replace("\"per-pixel\" }", "\"per-pixel\", level = 3 }"));
+        assert!(
+            unknown.contains("small.toml: grid 1: refiner `per-pixel` has no constant `level`"),
+            "{unknown}"
+        );
         let unknown = fault(&SMALL.replace("\"ratio\"", "\"ration\""));
         assert!(unknown.contains("line 14") && unknown.contains("ration"), "{unknown}");
         let same = fault(&SMALL.replace("seed = 1", "seed = 0"));

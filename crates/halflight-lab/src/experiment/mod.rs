@@ -12,5 +12,6 @@ pub mod plan;
 mod schema;
 
 pub use constants::parameter;
+pub(crate) use constants::refiner_name;
 pub use paper::{Paper, PaperRow};
 pub use schema::{Axis, Experiment, FlickerChoice, Grid, ReferenceChoice, Scaling, SceneChoice};

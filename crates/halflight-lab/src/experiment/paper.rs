@@ -26,6 +26,7 @@ pub struct PaperRow {
     /// Our scene.
     pub scene: String,
     /// Our refiner.
+    #[serde(deserialize_with = "super::refiner_name")]
     pub refiner: String,
     /// Our visibility backend, if only one is meant.
     pub visibility: Option<String>,

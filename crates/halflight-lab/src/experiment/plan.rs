@@ -148,7 +148,7 @@ impl Row {
         let config = PipelineConfig {
             width,
             height,
-            refiner: RefinerConfig::Full,
+            refiner: RefinerConfig::PerPixel,
             shading: Shading::Sampled,
             sampling: LightSampling { count, ..LightSampling::default() },
             seed,
@@ -187,13 +187,13 @@ impl Row {
         format!("row {}", self.label())
     }
 
-    /// Returns the row's name for people. The upsampler of `full` is left out, since every pixel is a fragment.
+    /// Returns the row's name for people. The upsampler of `per-pixel` is left out, since every pixel is a fragment.
     pub fn label(&self) -> String {
         let sampling = self.config.sampling;
         let mut parts = vec![self.config.refiner.name().to_string()];
-        let full = self.config.refiner == RefinerConfig::Full;
+        let per_pixel = self.config.refiner == RefinerConfig::PerPixel;
         let parameters = (!self.parameters.is_empty()).then(|| self.parameters.clone());
-        if full {
+        if per_pixel {
             parts.push(sampling.count.to_string());
         } else {
             parts.extend(parameters.clone());
@@ -201,8 +201,8 @@ impl Row {
         }
         parts.push(word(self.config.shading));
         parts.extend(backend(&self.config).map(str::to_string));
-        // Those of `full` are its backend's.
-        parts.extend(parameters.filter(|_| full));
+        // Those of `per-pixel` are its backend's.
+        parts.extend(parameters.filter(|_| per_pixel));
         let usual = LightSampling::default();
         if (sampling.kind, sampling.sharing) != (usual.kind, usual.sharing) {
             parts.push(format!("{}/{}", word(sampling.kind), word(sampling.sharing)));

@@ -26,11 +26,12 @@ pub fn chart(title: String, rows: &[&Finished], against: Against) -> Chart {
         Against::Rays => row.record.rays as f64,
         Against::Light => f64::from(row.record.light_scale),
     };
-    let full = rows.iter().filter(|row| row.record.refiner == "full");
-    let several = !full.map(|row| row.record.samples).all_equal();
+    let per_pixel = rows.iter().filter(|row| row.record.refiner == "per-pixel");
+    let several = !per_pixel.map(|row| row.record.samples).all_equal();
     let mut series: Vec<(&str, Series)> = Vec::new();
     for row in rows {
-        let note = (row.record.refiner == "full" && several).then(|| format!("{} spp", row.record.samples));
+        let note =
+            (row.record.refiner == "per-pixel" && several).then(|| format!("{} spp", row.record.samples));
         let y = if light { row.record.nmse } else { row.record.nmse2 };
         let point = Point { x: x(row), y, name: row.label.clone(), note };
         match series.iter_mut().find(|(name, _)| *name == row.row) {
@@ -71,7 +72,7 @@ mod tests {
             finished("nichols", "bilinear", 10.0, 1e-2),
             finished("nichols", "delaunay", 12.0, 1e-3),
             finished("sfvt-gass", "delaunay", 20.0, 2e-3),
-            finished("full", "bilinear", 100.0, 1e-5),
+            finished("per-pixel", "bilinear", 100.0, 1e-5),
         ]
     }
 
@@ -86,7 +87,7 @@ mod tests {
         let names: Vec<&str> = chart.front().iter().map(|point| point.name.as_str()).collect();
         assert_eq!(
             names,
-            ["nichols · bilinear · ratio", "nichols · delaunay · ratio", "full · bilinear · ratio"]
+            ["nichols · bilinear · ratio", "nichols · delaunay · ratio", "per-pixel · bilinear · ratio"]
         );
     }
 
@@ -98,7 +99,7 @@ mod tests {
                 "A hall",
                 "nichols",
                 "sfvt-gass",
-                "full (Monte Carlo)",
+                "per-pixel (Monte Carlo)",
                 "bilinear",
                 "delaunay",
                 "ratio",

@@ -26,15 +26,15 @@ impl Marks {
             |row| format!("{} / {}", row.record.pattern, row.record.sharing);
         let upsampled: fn(&Finished) -> String = |row| row.record.upsampler.clone();
         let backend: fn(&Finished) -> String = |row| row.record.visibility.clone();
-        // The parameters of `full` are its backend's.
+        // The parameters of `per-pixel` are its backend's.
         let set: fn(&Finished) -> String = |row| {
-            let full = row.record.refiner == "full";
-            let parameters = if full { &row.record.parameters } else { "" };
+            let per_pixel = row.record.refiner == "per-pixel";
+            let parameters = if per_pixel { &row.record.parameters } else { "" };
             format!("{} {parameters}", row.record.visibility).trim_end().to_string()
         };
         let distinct =
             |by: fn(&Finished) -> String| -> Vec<String> { rows.iter().copied().map(by).unique().collect() };
-        let refined = rows.iter().copied().filter(|row| row.record.refiner != "full");
+        let refined = rows.iter().copied().filter(|row| row.record.refiner != "per-pixel");
         let upsamplers: Vec<String> = refined.map(upsampled).unique().collect();
         let (mut title, mut colors, mut colored) = (UPSAMPLERS, upsamplers, upsampled);
         for (other, by) in
@@ -52,7 +52,7 @@ impl Marks {
 
     pub(super) fn mark(&self, row: &Finished) -> Mark {
         // Monte Carlo has no upsampler to be coloured by.
-        let plain = row.record.refiner == "full" && self.title == UPSAMPLERS;
+        let plain = row.record.refiner == "per-pixel" && self.title == UPSAMPLERS;
         let rgb = if plain { BLACK_INK } else { self.color(&(self.colored)(row)) };
         Mark { shape: shape(&row.record.refiner), rgb, filled: row.record.shading == "ratio" }
     }
@@ -71,7 +71,7 @@ impl Marks {
         };
         vec![
             group("Shape: refiner", &self.refiners, &|name| {
-                let words = if name == "full" { "full (Monte Carlo)" } else { name };
+                let words = if name == "per-pixel" { "per-pixel (Monte Carlo)" } else { name };
                 (Mark::filled(shape(name), GREY), words.to_string())
             }),
             group(self.title, &self.colors, &|name| {

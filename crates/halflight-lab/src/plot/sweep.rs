@@ -45,7 +45,7 @@ mod tests {
     fn curves_are_those_that_have_points() {
         let mut rows = Vec::new();
         for (resolution, off) in [(256, None), (32, Some(0.5)), (128, Some(0.125))] {
-            let mut row = finished("full", "bilinear", 1.0, 1.0 / f64::from(resolution));
+            let mut row = finished("per-pixel", "bilinear", 1.0, 1.0 / f64::from(resolution));
             row.record.visibility = "voxel".to_string();
             row.record.parameters = format!("resolution={resolution}");
             row.record.off_share = off;
@@ -57,7 +57,7 @@ mod tests {
             chart.series.iter().map(|series| series.points.iter().map(|point| point.x).collect()).collect()
         };
         assert_eq!(places(&chart_of(&rows).unwrap()), [vec![32.0, 128.0, 256.0], vec![32.0, 128.0]]);
-        rows.push(finished("full", "bilinear", 1.0, 1e-6));
+        rows.push(finished("per-pixel", "bilinear", 1.0, 1e-6));
         let chart = chart_of(&rows).unwrap();
         assert_eq!(places(&chart)[2], [32.0, 256.0]);
         assert!(chart.svg().unwrap().contains("off by &gt; 0.1, voxel"));

@@ -26,7 +26,7 @@ use halflight_cpu::gbuffer;
 use halflight_cpu::irradiance::{Sums, query_sums};
 use halflight_cpu::pipeline::PipelineError;
 use halflight_cpu::prepared::PreparedScene;
-use halflight_cpu::refine::Full;
+use halflight_cpu::refine::PerPixel;
 use halflight_cpu::requests::Requests;
 use halflight_cpu::unshadowed::unshadowed;
 use halflight_metrics::{CompareError, Image, ImageError, WriteError, flicker, halves_noise};
@@ -186,7 +186,7 @@ pub fn reference(
 }
 
 fn every_pixel(width: u32, height: u32) -> PipelineConfig {
-    PipelineConfig { width, height, refiner: RefinerConfig::Full, ..PipelineConfig::default() }
+    PipelineConfig { width, height, refiner: RefinerConfig::PerPixel, ..PipelineConfig::default() }
 }
 
 /// Stages and buffers that are kept between passes.
@@ -195,7 +195,7 @@ struct Tracer<'a> {
     seen: &'a GBuffer,
     seed: u32,
     pyramid: Pyramid,
-    refiner: Full,
+    refiner: PerPixel,
     rays: BvhRays,
     fragments: Fragments,
     sums: Vec<(u32, Sums)>,
@@ -208,7 +208,7 @@ impl<'a> Tracer<'a> {
             seen,
             seed,
             pyramid: Pyramid::default(),
-            refiner: Full::default(),
+            refiner: PerPixel::default(),
             rays: BvhRays::new(Arc::clone(bvh)),
             fragments: Fragments::default(),
             sums: Vec::new(),

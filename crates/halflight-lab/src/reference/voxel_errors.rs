@@ -11,7 +11,7 @@ use halflight_core::scene::Scene;
 use halflight_core::stages::{Refiner, Visibility};
 use halflight_cpu::bvh::{Bvh, BvhRays};
 use halflight_cpu::pipeline::PipelineError;
-use halflight_cpu::refine::Full;
+use halflight_cpu::refine::PerPixel;
 use halflight_cpu::voxel::error_map::{VoxelErrorCounts, segments, voxel_error_map};
 use halflight_cpu::voxel::{VoxelConfig, Voxels};
 
@@ -69,7 +69,7 @@ pub fn failures(
     let (mut darker, mut brighter) = (0.0, 0.0);
     for light in 0..scene.lights.len() as u32 {
         let (exact, approximate) = (answers(&frame, light, &mut rays), answers(&frame, light, &mut voxels));
-        // `Full` asks about all of the image in one batch.
+        // `PerPixel` asks about all of the image in one batch.
         let (exact, approximate) = (exact.batch(0), approximate.batch(0));
         let map = voxel_error_map(&frame, &voxels, exact, approximate, OFF, &segments(bvh));
         add(&mut found.counts, &map.counts);
@@ -90,7 +90,7 @@ fn answers(frame: &Frame, light: u32, visibility: &mut dyn Visibility) -> Fragme
     let mut fragments = Fragments::default();
     fragments.reset(frame.gbuffer.width, frame.gbuffer.height, light);
     let mut culled = Requests::new(visibility);
-    Full::default().refine(frame, light, &mut culled, &mut fragments);
+    PerPixel::default().refine(frame, light, &mut culled, &mut fragments);
     fragments
 }
 

@@ -215,7 +215,7 @@ mod tests {
             assert!(page.contains(&format!("pictures/hall/{}-fragments.png", row.fragments)));
         }
         // Neither voxels nor a paper's kind of reference here.
-        assert!(!page.contains("off %") && page.contains("<th>proved lit</th>"));
+        assert!(!page.contains("off %") && page.contains("<th>certified lit</th>"));
         for words in [
             "abc1234-dirty",
             "a processor",

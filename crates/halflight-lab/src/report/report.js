@@ -71,8 +71,8 @@ class Viewer {
   }
   // The most accurate row that is not Monte Carlo, and the reference.
   firstChoice() {
-    const rows = this.setting.rows.map((row, index) => ({ index: index + 1, error: row.error, full: row.row.startsWith("full") }));
-    const best = rows.sort((a, b) => a.full - b.full || a.error - b.error)[0];
+    const rows = this.setting.rows.map((row, index) => ({ index: index + 1, error: row.error, perPixel: row.row.startsWith("per-pixel") }));
+    const best = rows.sort((a, b) => a.perPixel - b.perPixel || a.error - b.error)[0];
     return [best.index, 0];
   }
   choices() {

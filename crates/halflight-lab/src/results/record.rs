@@ -28,6 +28,7 @@ pub struct Record {
     /// Image height, pixels.
     pub height: u32,
     /// Refiner.
+    #[serde(deserialize_with = "crate::experiment::refiner_name")]
     pub refiner: String,
     /// Constants that the experiment sets: `name=value`, separated by `;`.
     pub parameters: String,
@@ -101,13 +102,13 @@ pub struct Record {
     /// Time to prepare the backend, once a frame; part of `visibility_ms`.
     #[serde(default)]
     pub prepare_ms: f64,
-    /// Receivers proved to see all of the light; these counts are those of [`VisibilityStats`](halflight_core::stats::VisibilityStats).
+    /// Receivers certified to see all of the light; these counts are those of [`VisibilityStats`](halflight_core::stats::VisibilityStats).
     #[serde(default)]
     pub lit: u64,
-    /// Receivers proved to see nothing of the light.
+    /// Receivers certified to see nothing of the light.
     #[serde(default)]
     pub umbra: u64,
-    /// Rays that these proofs spared.
+    /// Rays that these certificates spared.
     #[serde(default)]
     pub spared: u64,
     /// Receivers that shared a list of triangles.
@@ -135,7 +136,7 @@ pub struct Record {
     #[serde(default)]
     pub unprojected: u64,
     /// Mean visible fraction that voxel marching takes away where it is too dark, over all receivers. This column and the
-    /// following six are empty where rows are not `full` and `voxel`.
+    /// following six are empty where rows are not `per-pixel` and `voxel`.
     pub false_shadow: Option<f64>,
     /// Mean visible fraction that voxel marching adds where it is too bright, over all receivers.
     pub false_light: Option<f64>,
@@ -158,16 +159,20 @@ pub struct Record {
     pub flicker_nmse2: Option<f64>,
     /// NMSE₂ that the refiner expects, where it has an error target.
     pub expected_nmse2: Option<f64>,
-    /// Receiver pixels in cells proved lit. This column and the following four are empty where no proofs are asked for.
-    pub proved_lit: Option<u64>,
-    /// Receiver pixels proved to be in the umbra.
-    pub proved_umbra: Option<u64>,
-    /// Receiver pixels whose visible fraction was proved to vary little.
-    pub proved_bounded: Option<u64>,
+    /// Receiver pixels in cells certified to be lit. This column and the following four are empty where no certificates are asked for.
+    #[serde(alias = "proved_lit")]
+    pub certified_lit: Option<u64>,
+    /// Receiver pixels certified to be in the umbra.
+    #[serde(alias = "proved_umbra")]
+    pub certified_umbra: Option<u64>,
+    /// Receiver pixels whose visible fraction was certified to vary little.
+    #[serde(alias = "proved_bounded")]
+    pub certified_bounded: Option<u64>,
     /// Receiver pixels that were traced.
     pub traced: Option<u64>,
-    /// Time of the proofs.
-    pub prove_ms: Option<f64>,
+    /// Time of the certificates.
+    #[serde(alias = "prove_ms")]
+    pub certify_ms: Option<f64>,
 }
 
 /// Finished row.
@@ -236,6 +241,8 @@ pub fn read_csv(path: &Path) -> Result<Vec<Record>> {
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use halflight_cpu::config::{Named as _, RefinerConfig};
+
     use super::*;
 
     /// A made-up row; `time` and `error` are all that charts look at.
@@ -293,7 +300,7 @@ pub(crate) mod tests {
     fn csv_comes_back_as_it_was() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("results.csv");
-        let mut equal = finished("full", "bilinear", 3.0, 0.0).record;
+        let mut equal = finished("per-pixel", "bilinear", 3.0, 0.0).record;
         equal.psnr = None;
         (equal.flicker_mean, equal.flicker_nmse2) = (Some(1e-3 / 3.0), Some(0.0));
         (equal.false_shadow, equal.off_share, equal.missed) = (Some(1.0 / 3.0), Some(0.0), Some(7));
@@ -312,7 +319,7 @@ pub(crate) mod tests {
              prepare_ms,lit,umbra,spared,listed,walked,left_to_rays,entries,pairs,kept,relevant,unprojected,\
              false_shadow,false_light,off_share,self_occlusion,thickness,out_of_view,missed,\
              flicker_mean,flicker_p99,flicker_nmse2,\
-             expected_nmse2,proved_lit,proved_umbra,proved_bounded,traced,prove_ms"
+             expected_nmse2,certified_lit,certified_umbra,certified_bounded,traced,certify_ms"
         );
     }
 
@@ -325,12 +332,14 @@ pub(crate) mod tests {
         for table in tables {
             let rows = read_csv(&table).unwrap_or_else(|fault| panic!("{}: {fault}", table.display()));
             assert!(rows.iter().all(|row| row.total_ms > 0.0), "{}", table.display());
+            let known = |row: &Record| RefinerConfig::NAMES.contains(&row.refiner.as_str());
+            assert!(rows.iter().all(known), "{}", table.display());
         }
     }
 
     #[test]
     fn errors_near_the_reference_s_noise_are_flagged() {
-        assert!(!finished("full", "bilinear", 1.0, 17e-7).record.near_noise());
-        assert!(finished("full", "bilinear", 1.0, 15e-7).record.near_noise());
+        assert!(!finished("per-pixel", "bilinear", 1.0, 17e-7).record.near_noise());
+        assert!(finished("per-pixel", "bilinear", 1.0, 15e-7).record.near_noise());
     }
 }

@@ -35,7 +35,7 @@ impl Method {
     /// Returns every pixel by exact rays, which has no error but the noise of its light samples.
     pub fn every_pixel(shading: Shading) -> Self {
         Self {
-            refiner: RefinerConfig::Full,
+            refiner: RefinerConfig::PerPixel,
             visibility: VisibilityConfig::Bvh,
             upsampler: UpsamplerConfig::all()[0],
             shading,
@@ -44,7 +44,7 @@ impl Method {
 
     /// Returns whether every pixel is a fragment, so that the upsampler has nothing to do.
     pub fn is_every_pixel(&self) -> bool {
-        self.refiner == RefinerConfig::Full
+        self.refiner == RefinerConfig::PerPixel
     }
 
     /// Returns the light samples: shifted rows for 4D rasterization, which cannot answer jittered ones.
@@ -107,7 +107,7 @@ pub fn all() -> Vec<Method> {
 pub fn few() -> Vec<Method> {
     let best = |method: &Method| Method {
         upsampler: match method.refiner {
-            RefinerConfig::Full => UpsamplerConfig::Bilinear(Default::default()),
+            RefinerConfig::PerPixel => UpsamplerConfig::Bilinear(Default::default()),
             RefinerConfig::Lattice(_) => UpsamplerConfig::Lattice(Default::default()),
             _ => UpsamplerConfig::RbfRobust(Default::default()),
         },

@@ -290,7 +290,7 @@ mod tests {
         let passing = [(every_pixel, 1e-6), (well, 3e-5), (better, 2e-5)];
         assert_eq!(methods::set(&mends(&ill, &passing)), "upsampler = rbf-robust");
         assert_eq!(methods::set(&mends(&ill, &passing[..2])), "upsampler = delaunay");
-        assert_eq!(methods::set(&mends(&ill, &passing[..1])), "refiner = full");
+        assert_eq!(methods::set(&mends(&ill, &passing[..1])), "refiner = per-pixel");
         assert!(mends(&ill, &[]).is_empty());
     }
 
@@ -306,7 +306,7 @@ mod tests {
         };
         let rows = [Row { case: EASY, title: "", unshadowed: 0.0, cells: vec![cell] }];
         let fault = check(&rows).unwrap_err().to_string();
-        assert!(fault.contains("easy, full · bvh · ratio: panic: over"), "{fault}");
+        assert!(fault.contains("easy, per-pixel · bvh · ratio: panic: over"), "{fault}");
         assert!(check(&[]).is_ok());
     }
 }

@@ -167,7 +167,7 @@ mod tests {
             verdict,
             mends: vec![Switch { stage: "shading", to: "ratio".to_string(), from: "sampled".to_string() }],
             why: "a < b".to_string(),
-            picture: Some("pictures/easy/full.png".to_string()),
+            picture: Some("pictures/easy/per-pixel.png".to_string()),
         };
         let row = Row { case: "easy", title: "t", unshadowed: 0.1, cells: vec![cell] };
         whole(&[row], &Provenance::default(), "command")
@@ -178,11 +178,11 @@ mod tests {
         let page = page(Verdict::Wrong(37.2));
         for words in [
             "<td class=\"fails\"",
-            "<a href=\"pictures/easy/full.png\">37</a>",
+            "<a href=\"pictures/easy/per-pixel.png\">37</a>",
             "a &lt; b. Mended by shading = ratio",
             "<td>shading: sampled → ratio</td><td>1</td><td>37</td>",
             "0 pass, 0 degraded, 1 fail",
-            "<a href=\"pictures/easy/full.png\">easy</a>",
+            "<a href=\"pictures/easy/per-pixel.png\">easy</a>",
         ] {
             assert!(page.contains(words), "{words} is missing");
         }

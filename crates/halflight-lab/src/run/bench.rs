@@ -152,7 +152,7 @@ impl Bench<'_> {
 
     /// Returns where voxel marching fails, for rows that ask it about every pixel.
     fn failures(&self, row: &Row) -> Result<Option<Failures>> {
-        let (RefinerConfig::Full, VisibilityConfig::Voxel(voxel)) =
+        let (RefinerConfig::PerPixel, VisibilityConfig::Voxel(voxel)) =
             (row.config.refiner, row.config.visibility)
         else {
             return Ok(None);

@@ -108,7 +108,7 @@ mod tests {
         flicker = { frames = 3, step = 0.25 }
         scene = [{ name = "contact" }]
         [[grid]]
-        refiners = [{ name = "full" }]
+        refiners = [{ name = "per-pixel" }]
         upsamplers = ["bilinear"]
         shadings = ["ratio"]
         samples = [4, 64]

@@ -30,7 +30,7 @@ impl Measured<'_> {
         let (config, stats, errors) = (&self.row.config, self.stats, &self.errors);
         let Medians { stages, prepare, total } = self.times;
         let flicker = Means::of(self.frames);
-        let proofs = (stats.proofs != CertificateCounts::default()).then_some(stats.proofs);
+        let certified = (stats.certified != CertificateCounts::default()).then_some(stats.certified);
         let (visibility, causes) = (&stats.visibility, self.failures.map(|failures| failures.counts));
         Record {
             experiment: self.experiment.to_string(),
@@ -96,11 +96,11 @@ impl Measured<'_> {
             flicker_p99: flicker.map(|means| means.p99),
             flicker_nmse2: flicker.map(|means| means.nmse2),
             expected_nmse2: stats.expected_nmse2,
-            proved_lit: proofs.map(|proofs| proofs.lit),
-            proved_umbra: proofs.map(|proofs| proofs.umbra),
-            proved_bounded: proofs.map(|proofs| proofs.bounded),
-            traced: proofs.map(|proofs| proofs.traced),
-            prove_ms: proofs.map(|_| stages.prove),
+            certified_lit: certified.map(|counts| counts.lit),
+            certified_umbra: certified.map(|counts| counts.umbra),
+            certified_bounded: certified.map(|counts| counts.bounded),
+            traced: certified.map(|counts| counts.traced),
+            certify_ms: certified.map(|_| stages.certify),
         }
     }
 }

@@ -131,7 +131,7 @@ mod tests {
         [[scene]]
         name = "contact"
         [[grid]]
-        refiners = [{ name = "sfvt-gass" }, { name = "full" }]
+        refiners = [{ name = "sfvt-gass" }, { name = "per-pixel" }]
         upsamplers = ["bilinear"]
         shadings = ["ratio"]
         samples = [16]

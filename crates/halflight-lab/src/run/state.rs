@@ -154,7 +154,8 @@ mod tests {
     #[test]
     fn rows_are_taken_over_and_a_torn_line_is_dropped() {
         let ((_folder, path), header) = (file(), header(|_, _| {}));
-        let rows = [finished("nichols", "delaunay", 1.0, 0.1), finished("full", "bilinear", 2.0, 1.0 / 3.0)];
+        let rows =
+            [finished("nichols", "delaunay", 1.0, 0.1), finished("per-pixel", "bilinear", 2.0, 1.0 / 3.0)];
         let mut state = State::open(&path, &header).unwrap();
         for row in &rows {
             state.append(row.clone()).unwrap();
@@ -164,7 +165,9 @@ mod tests {
         std::fs::write(&path, whole.clone() + "{\"setting\":\"hall\",\"row\":\"sf").unwrap();
         let mut state = State::open(&path, &header).unwrap();
         assert_eq!(state.rows(), rows);
-        assert!(state.row("hall", "full-bilinear").is_some() && state.row("hall", "sfvt-gass").is_none());
+        assert!(
+            state.row("hall", "per-pixel-bilinear").is_some() && state.row("hall", "sfvt-gass").is_none()
+        );
         assert_eq!(std::fs::read_to_string(&path).unwrap(), whole);
         state.append(rows[0].clone()).unwrap();
         assert_eq!(State::open(&path, &header).unwrap().rows().len(), 3);
@@ -195,7 +198,7 @@ mod tests {
     fn a_line_that_cannot_be_read_costs_no_other_row() {
         let ((_folder, path), header) = (file(), header(|_, _| {}));
         let mut state = State::open(&path, &header).unwrap();
-        for refiner in ["nichols", "full"] {
+        for refiner in ["nichols", "per-pixel"] {
             state.append(finished(refiner, "bilinear", 1.0, 0.1)).unwrap();
         }
         let whole = std::fs::read(&path).unwrap();

@@ -31,7 +31,7 @@ pub(crate) fn medians(frames: &[FrameStats]) -> Medians {
         pyramid: of(|frame| frame.stages_ms.pyramid),
         refine: of(|frame| frame.stages_ms.refine),
         visibility: of(|frame| frame.stages_ms.visibility),
-        prove: of(|frame| frame.stages_ms.prove),
+        certify: of(|frame| frame.stages_ms.certify),
         irradiance: of(|frame| frame.stages_ms.irradiance),
         upsample: of(|frame| frame.stages_ms.upsample),
         compose: of(|frame| frame.stages_ms.compose),

@@ -48,14 +48,14 @@ impl Lattice {
     }
 
     /// Computes the visible fractions of all queries of a batch, which belong to the samples with indices
-    /// `places`.
-    pub(super) fn evaluate_batch(&mut self, view: &View, batch: &MaskBatch, places: &[u32]) {
+    /// `samples`.
+    pub(super) fn evaluate_batch(&mut self, view: &View, batch: &MaskBatch, samples: &[u32]) {
         let light = view.frame.light(view.light);
         let fraction = |query| irradiance::fraction(light, batch, query).unwrap_or(f32::NAN);
-        let queries = (0..places.len()).into_par_iter().with_min_len(256);
+        let queries = (0..samples.len()).into_par_iter().with_min_len(256);
         queries.map(fraction).collect_into_vec(&mut self.renewed);
-        for (&place, &fraction) in places.iter().zip(&self.renewed) {
-            self.fractions[place as usize] = fraction;
+        for (&sample, &fraction) in samples.iter().zip(&self.renewed) {
+            self.fractions[sample as usize] = fraction;
         }
     }
 
@@ -116,8 +116,8 @@ impl Lattice {
         neighbours.clear();
         neighbours.extend(fragments.batches().iter().map(|batch| Neighbours::new(batch.pattern())));
         let light = view.frame.light(view.light);
-        let judge = |(place, group): (usize, &[Cell])| {
-            let cell = group[hash::mix(place as u32) as usize % group.len()];
+        let measure = |(number, group): (usize, &[Cell])| {
+            let cell = group[hash::mix(number as u32) as usize % group.len()];
             let (&[index], 0) = (fragments.cell_samples(&cell), cell.level) else {
                 return Measurement::default();
             };
@@ -136,7 +136,12 @@ impl Lattice {
             }
         };
         let mut measurements = std::mem::take(&mut self.measurements);
-        cells.par_chunks(stride).enumerate().with_min_len(256).map(judge).collect_into_vec(&mut measurements);
+        cells
+            .par_chunks(stride)
+            .enumerate()
+            .with_min_len(256)
+            .map(measure)
+            .collect_into_vec(&mut measurements);
         measurements.retain(|one| one.energy > 0.0);
         let known = &self.unshadowed;
         let block = |block: &[Measurement]| {

@@ -181,9 +181,9 @@ pub struct Lattice {
     /// Cells for which certificates are requested, their receivers' bounds, and the certificates.
     certified: Vec<Square>,
     regions: Vec<Region>,
-    proofs: Vec<Certificate>,
+    certificates: Vec<Certificate>,
     pilot: Vec<PilotSample>,
-    proved: CertificateCounts,
+    certificate_counts: CertificateCounts,
 }
 
 impl Lattice {
@@ -243,7 +243,7 @@ impl Lattice {
                     self.keep(view.gbuffer, cell, *verdict);
                 }
                 Verdict::Keep | Verdict::Lit | Verdict::Umbra => {
-                    self.proved.traced += u64::from(self.config.certify);
+                    self.certificate_counts.traced += u64::from(self.config.certify);
                     let sample = self.corners[view.gbuffer.index(cell.x, cell.y)];
                     fragments.push_cell(0, cell.x, cell.y, &[sample]);
                 }
@@ -276,7 +276,7 @@ impl Lattice {
             Between::Step if cell.level <= self.steps.level && view.serves(&corners, cell) => {}
             Between::Step | Between::Shade => return Verdict::Split,
         }
-        for ((x, y), pixel) in corners.places().into_iter().zip(corners.pixels()) {
+        for ((x, y), pixel) in corners.positions().into_iter().zip(corners.pixels()) {
             if self.corners[pixel] == NONE && gbuffer.is_receiver(pixel) {
                 self.wanted.insert(x, y);
             }
@@ -326,10 +326,10 @@ impl Lattice {
         self.partly.clear();
         self.partly_samples.clear();
         let samples = fragments.samples()[known..].iter().zip(&self.fractions[known..]);
-        for (place, (sample, &fraction)) in (known as u32..).zip(samples) {
+        for (index, (sample, &fraction)) in (known as u32..).zip(samples) {
             if fraction > 0.0 && fraction < 1.0 {
                 self.partly.push(sample.pixel);
-                self.partly_samples.push(place);
+                self.partly_samples.push(index);
             }
         }
         let batch = fragments.open_batch(self.plan.full, purpose);
@@ -338,9 +338,9 @@ impl Lattice {
             let sample = fragments.sample_mut(sample);
             (sample.batch, sample.first) = (batch, query);
         }
-        let places = std::mem::take(&mut self.partly_samples);
-        self.evaluate_batch(view, fragments.batch(batch), &places);
-        self.partly_samples = places;
+        let samples = std::mem::take(&mut self.partly_samples);
+        self.evaluate_batch(view, fragments.batch(batch), &samples);
+        self.partly_samples = samples;
     }
 
     /// True if the pending cells of this level contain so many pixels that tracing every pixel is cheaper.
@@ -373,7 +373,7 @@ impl Lattice {
         let batch = fragments.open_batch(self.plan.full, Purpose::Final);
         trace_pixels(view.frame, view.light, &self.fresh, visibility, fragments.batch_mut(batch));
         fragments.push_pixels(batch, &self.fresh);
-        self.proved.traced = if self.config.certify { fragments.cells().len() as u64 } else { 0 };
+        self.certificate_counts.traced = if self.config.certify { fragments.cells().len() as u64 } else { 0 };
     }
 
     /// Splits cells without a sufficient certificate.
@@ -384,7 +384,7 @@ impl Lattice {
         verdicts: &mut [Verdict],
         visibility: &mut dyn Visibility,
     ) {
-        let Self { regions, proofs, .. } = self;
+        let Self { regions, certificates, .. } = self;
         if cells.first().is_some_and(|cell| cell.level < PROVE_LEVEL) {
             let kept = verdicts.iter_mut().filter(|verdict| **verdict == Verdict::Keep);
             kept.for_each(|verdict| *verdict = Verdict::Split);
@@ -398,10 +398,10 @@ impl Lattice {
         regions.par_iter_mut().zip(&self.certified).with_min_len(64).for_each(|(region, &cell)| {
             *region = view.region(cell);
         });
-        visibility.certify(view.frame, view.light, regions, proofs);
+        visibility.certify(view.frame, view.light, regions, certificates);
         let kept = verdicts.iter_mut().filter(|verdict| **verdict == Verdict::Keep);
-        for (verdict, (proof, region)) in kept.zip(proofs.iter().zip(&*regions)) {
-            *verdict = match proof {
+        for (verdict, (certificate, region)) in kept.zip(certificates.iter().zip(&*regions)) {
+            *verdict = match certificate {
                 _ if *region == Region::EMPTY => Verdict::Umbra,
                 Certificate::Lit => Verdict::Lit,
                 Certificate::Umbra => Verdict::Umbra,
@@ -467,7 +467,7 @@ impl Refiner for Lattice {
         self.suspected.clear();
         self.recent.clear();
         self.closing_cracks = false;
-        self.proved = CertificateCounts::default();
+        self.certificate_counts = CertificateCounts::default();
         self.owners.clear();
         self.owners.resize(gbuffer.width.div_ceil(2) as usize * gbuffer.height.div_ceil(2) as usize, NONE);
         let (columns, rows) = (gbuffer.width.div_ceil(1 << top), gbuffer.height.div_ceil(1 << top));
@@ -509,9 +509,9 @@ impl Refiner for Lattice {
             if self.config.certify {
                 let pixels = view.receivers(cell);
                 match verdict {
-                    Verdict::Lit => self.proved.lit += pixels,
-                    Verdict::Umbra => self.proved.umbra += pixels,
-                    _ => self.proved.bounded += pixels,
+                    Verdict::Lit => self.certificate_counts.lit += pixels,
+                    Verdict::Umbra => self.certificate_counts.umbra += pixels,
+                    _ => self.certificate_counts.bounded += pixels,
                 }
             }
             let mut own = [NONE; 4];
@@ -527,7 +527,7 @@ impl Refiner for Lattice {
         RefineOutput::default()
             .with_expected_error(self.expected)
             .with_fractions(&self.fractions)
-            .with_certified(self.proved)
+            .with_certified(self.certificate_counts)
     }
 
     fn patterns(&self, full: Pattern) -> Vec<Pattern> {
@@ -560,7 +560,7 @@ impl Refiner for Lattice {
             + self.neighbours.capacity() * size_of::<Neighbours>()
             + self.certified.capacity() * size_of::<Square>()
             + self.regions.capacity() * size_of::<Region>()
-            + self.proofs.capacity() * size_of::<Certificate>()
+            + self.certificates.capacity() * size_of::<Certificate>()
             + self.wanted.bytes()
     }
 }

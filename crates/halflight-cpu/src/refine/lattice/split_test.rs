@@ -54,7 +54,7 @@ impl Lattice {
         }
         let parent = parent.corners(view.gbuffer);
         let known = parent.pixels().map(|pixel| self.fraction(pixel));
-        corners.places().into_iter().zip(found).all(|((x, y), fraction)| {
+        corners.positions().into_iter().zip(found).all(|((x, y), fraction)| {
             // Without a fraction at the parent's corners there is no prediction, and the comparison fails.
             (parent.interpolate(&view.planes, &known, x, y) - fraction).abs() <= tolerance
         })
@@ -80,12 +80,12 @@ impl Lattice {
     /// True if a cell across a depth discontinuity can be interpolated: corners on one surface agree, and a
     /// corner that is alone on its surface is fully lit or in umbra.
     fn passes_step_test(&self, view: &View, level: u8, corners: &Corners, found: &[f32; 4]) -> bool {
-        let (pixels, places) = (corners.pixels(), corners.places());
+        let (pixels, positions) = (corners.pixels(), corners.positions());
         let tolerance = self.tolerance(corners);
         (0..4).filter(|&one| view.gbuffer.is_receiver(pixels[one])).all(|one| {
             let mut alone = true;
             for other in (0..4).filter(|&other| pixels[other] != pixels[one]) {
-                let ((x0, y0), (x1, y1)) = (places[one], places[other]);
+                let ((x0, y0), (x1, y1)) = (positions[one], positions[other]);
                 if view.planes.is_discontinuity(
                     pixels[one],
                     pixels[other],
@@ -111,7 +111,7 @@ impl Lattice {
         let corners = cell.corners(view.gbuffer);
         let known = corners.pixels().map(|pixel| self.fraction(pixel));
         let ((low, high), error) = (range(&known), self.tolerance(&corners));
-        let [(x0, y0), ..] = corners.places();
+        let [(x0, y0), ..] = corners.positions();
         corners.all_edges(|x, y| {
             let found = self.fraction(view.gbuffer.index(x, y));
             // A value within the tolerance of all corners is within the tolerance of any value interpolated
@@ -130,15 +130,15 @@ impl Lattice {
         self.suspect(view.gbuffer);
         let (mut verdicts, suspects) =
             (std::mem::take(&mut self.verdicts), std::mem::take(&mut self.suspects));
-        let meets = |&place: &u32| match self.kept[place as usize] {
+        let meets = |&index: &u32| match self.kept[index as usize] {
             Some((cell, _)) if !self.meets_neighbours(view, cell) => Verdict::Split,
             _ => Verdict::Keep,
         };
         suspects.par_iter().with_min_len(64).map(meets).collect_into_vec(&mut verdicts);
         let mut any = false;
-        for (&place, &verdict) in suspects.iter().zip(&verdicts) {
+        for (&index, &verdict) in suspects.iter().zip(&verdicts) {
             if verdict == Verdict::Split
-                && let Some((cell, _)) = self.kept[place as usize].take()
+                && let Some((cell, _)) = self.kept[index as usize].take()
             {
                 self.split(cell);
                 any = true;
@@ -157,19 +157,19 @@ impl Lattice {
             let (x0, y0) = (x.saturating_sub(1) / 2, y.saturating_sub(1) / 2);
             let (x1, y1) = ((x + 1).min(width - 1) / 2, (y + 1).min(height - 1) / 2);
             for (x, y) in [(x0, y0), (x1, y0), (x0, y1), (x1, y1)] {
-                let place = owners[(y * columns + x) as usize];
-                if place == NONE || suspected[place as usize].load(Ordering::Relaxed) {
+                let index = owners[(y * columns + x) as usize];
+                if index == NONE || suspected[index as usize].load(Ordering::Relaxed) {
                     continue;
                 }
-                if kept[place as usize].is_some_and(|(cell, _)| cell.level > level) {
+                if kept[index as usize].is_some_and(|(cell, _)| cell.level > level) {
                     // Only the flags are shared, and they are read after the threads have joined.
-                    suspected[place as usize].store(true, Ordering::Relaxed);
+                    suspected[index as usize].store(true, Ordering::Relaxed);
                 }
             }
         });
         suspects.clear();
         let marked =
-            (0..).zip(suspected).filter_map(|(place, flag)| std::mem::take(flag.get_mut()).then_some(place));
+            (0..).zip(suspected).filter_map(|(index, flag)| std::mem::take(flag.get_mut()).then_some(index));
         suspects.extend(marked);
         recent.clear();
         self.closing_cracks = true;

@@ -84,7 +84,7 @@ pub(super) struct Weighed {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Probe {
     /// Index of the cell in `kept`.
-    place: u32,
+    index: u32,
     x: u32,
     y: u32,
 }
@@ -243,12 +243,12 @@ impl Lattice {
             let limit = self.limit(&weighed, MARGIN * room);
             self.risk.limit = limit.max(noise / noisy.max(1.0));
             off.extend(
-                self.ranked.iter().filter(|(density, _)| *density > self.risk.limit).map(|&(_, place)| place),
+                self.ranked.iter().filter(|(density, _)| *density > self.risk.limit).map(|&(_, index)| index),
             );
             off.sort_unstable();
         }
-        for &place in &off {
-            if let Some((cell, _)) = self.kept[place as usize].take() {
+        for &index in &off {
+            if let Some((cell, _)) = self.kept[index as usize].take() {
                 self.split(cell);
             }
         }
@@ -284,11 +284,11 @@ impl Lattice {
         let dense = |one: &Weighed| self.risk.error(one) / f64::from(one.pixels);
         self.ranked.clear();
         let some = (0..).zip(weighed).filter(|(_, one)| one.weight > 0.0);
-        self.ranked.extend(some.map(|(place, one)| (dense(one), place)));
+        self.ranked.extend(some.map(|(index, one)| (dense(one), index)));
         self.ranked.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut sum = 0.0;
-        let last = self.ranked.iter().find(|&&(density, place)| {
-            sum += density * f64::from(weighed[place as usize].pixels);
+        let last = self.ranked.iter().find(|&&(density, index)| {
+            sum += density * f64::from(weighed[index as usize].pixels);
             sum > room
         });
         last.map_or(f64::INFINITY, |&(density, _)| density)
@@ -317,20 +317,20 @@ impl Lattice {
         let mut next: [f64; CLASSES] = std::array::from_fn(|class| {
             steps[class] * f64::from(hash::unit_pair(hash::fold(hash::mix(round), class as u32)).0)
         });
-        for (place, one) in (0..).zip(weighed) {
+        for (index, one) in (0..).zip(weighed) {
             let class = usize::from(one.class);
             next[class] -= f64::from(one.weight);
             while next[class] < 0.0 && one.weight > 0.0 {
                 next[class] += steps[class];
-                let Some((cell, _)) = self.kept[place as usize] else { break };
+                let Some((cell, _)) = self.kept[index as usize] else { break };
                 let rect = cell_rect(view.gbuffer, cell.level, cell.x, cell.y);
                 let (u, v) = hash::unit_pair(hash::fold(
-                    hash::fold(hash::mix(round), place),
+                    hash::fold(hash::mix(round), index),
                     self.probes.len() as u32,
                 ));
                 let x = rect.x0 + (u * (rect.x1 - rect.x0) as f32) as u32;
                 let y = rect.y0 + (v * (rect.y1 - rect.y0) as f32) as u32;
-                self.probes.push(Probe { place, x, y });
+                self.probes.push(Probe { index, x, y });
             }
         }
     }
@@ -349,9 +349,9 @@ impl Lattice {
         let mut neighbours = std::mem::take(&mut self.neighbours);
         neighbours.clear();
         neighbours.extend(fragments.batches().iter().map(|batch| Neighbours::new(batch.pattern())));
-        for &Probe { place, x, y } in &self.probes {
-            let Some((cell, _)) = self.kept[place as usize] else { continue };
-            let one = weighed[place as usize];
+        for &Probe { index, x, y } in &self.probes {
+            let Some((cell, _)) = self.kept[index as usize] else { continue };
+            let one = weighed[index as usize];
             let class = usize::from(one.class);
             counts[class] += 1.0;
             let sample = self.corners[view.gbuffer.index(x, y)];
@@ -375,7 +375,7 @@ impl Lattice {
             sums[class] +=
                 error * f64::from(strength).powi(2) * f64::from(one.pixels) / f64::from(one.weight);
             if (found - expected).abs() > self.plan.tolerance(strength).max(3.0 * variance.sqrt()) {
-                off.push(place);
+                off.push(index);
             }
         }
         for class in 0..CLASSES {

@@ -48,13 +48,13 @@ impl View<'_> {
 
     /// True if every pixel of a cell that sees geometry has a corner on its surface.
     pub(super) fn serves(&self, corners: &Corners, cell: Square) -> bool {
-        let (gbuffer, pixels, places) = (self.gbuffer, corners.pixels(), corners.places());
+        let (gbuffer, pixels, positions) = (self.gbuffer, corners.pixels(), corners.positions());
         let rect = cell_rect(gbuffer, cell.level, cell.x, cell.y);
         (rect.y0..rect.y1).all(|y| {
             (rect.x0..rect.x1).all(|x| {
                 let pixel = gbuffer.index(x, y);
                 !gbuffer.is_receiver(pixel)
-                    || places.into_iter().zip(pixels).any(|((cx, cy), corner)| {
+                    || positions.into_iter().zip(pixels).any(|((cx, cy), corner)| {
                         self.planes.is_level(pixel, corner, cx.abs_diff(x).max(cy.abs_diff(y)))
                     })
             })

@@ -1,4 +1,4 @@
-//! Scenes and groups of receivers that are made to break proofs.
+//! Scenes and groups of receivers that are made to break certificates.
 
 use glam::{Vec2, Vec3};
 use halflight_core::hash;

@@ -1,8 +1,8 @@
-//! Attacks on the proofs of beams that a group of receivers sees all of the light, or nothing.
+//! Attacks on the certificates of beams that a group of receivers sees all of the light, or nothing.
 //!
 //! Each attack is a scene of a few triangles made to be missed (wires, specks, slivers, triangles that touch the hull of
 //! group and light in one point, lie in its faces or nearly cover the light) and a group of receivers. All masks are
-//! compared with brute force, those that were proved and those that were not.
+//! compared with brute force, those that were certified and those that were not.
 
 mod cases;
 
@@ -31,33 +31,33 @@ const ROUND: u32 = 256;
 pub struct Outcome {
     /// Groups that were asked about.
     pub groups: u64,
-    /// Groups about which something was proved.
-    pub proved: u64,
-    /// Receivers that were proved to see all of the light.
+    /// Groups about which something was certified.
+    pub certified: u64,
+    /// Receivers that were certified to see all of the light.
     pub lit: u64,
-    /// Receivers that were proved to see nothing of it.
+    /// Receivers that were certified to see nothing of it.
     pub umbra: u64,
-    /// Receivers about which something was proved, times the triangles of their scene.
+    /// Receivers about which something was certified, times the triangles of their scene.
     pub cases: u64,
     /// Pairs of a receiver and a light sample that were compared with brute force.
     pub pairs: u64,
     /// Pairs about which the backend was wrong.
     pub different: u64,
-    /// Number of the first attack that broke a proof.
+    /// Number of the first attack that broke a certificate.
     pub broken: Option<u32>,
 }
 
 impl Outcome {
     /// Columns of the table.
     pub const COLUMNS: [&str; 8] =
-        ["groups", "proved", "lit", "umbra", "cases", "pairs", "different", "broken"];
+        ["groups", "certified", "lit", "umbra", "cases", "pairs", "different", "broken"];
 }
 
 impl AddAssign for Outcome {
     fn add_assign(&mut self, other: Self) {
-        let Self { groups, proved, lit, umbra, cases, pairs, different, broken } = other;
+        let Self { groups, certified, lit, umbra, cases, pairs, different, broken } = other;
         self.groups += groups;
-        self.proved += proved;
+        self.certified += certified;
         self.lit += lit;
         self.umbra += umbra;
         self.cases += cases;
@@ -67,7 +67,7 @@ impl AddAssign for Outcome {
     }
 }
 
-/// Attacks beams until they have proved so many cases. `progress` is told how many more there are.
+/// Attacks beams until they have certified so many cases. `progress` is told how many more there are.
 ///
 /// # Errors
 /// A BVH cannot be built over a scene made here.
@@ -75,7 +75,7 @@ pub fn attack(cases: u64, seed: u32, progress: impl FnMut(u64)) -> Result<Outcom
     attack_backend(cases, seed, &|bvh| Box::new(Beam::new(bvh)), progress)
 }
 
-/// Attacks another backend, whose statistics count its proofs, as [`attack`] does.
+/// Attacks another backend, whose statistics count its certificates, as [`attack`] does.
 ///
 /// # Errors
 /// A BVH cannot be built over a scene made here.
@@ -87,7 +87,7 @@ pub fn attack_backend(
 ) -> Result<Outcome, BvhError> {
     let (source, mut all) = (Cases::new(seed), Outcome::default());
     let mut first = 0;
-    // A backend that proves nothing is given up on.
+    // A backend that certifies nothing is given up on.
     while all.cases < cases && all.groups < 16 * u64::from(ROUND) + cases / 16 {
         let round: Result<Vec<_>, _> =
             (first..first + ROUND).into_par_iter().map(|index| one(&source, index, backend)).collect();
@@ -113,13 +113,13 @@ fn one(
     let differing = found.iter().zip(&truth).zip(wanted).map(|((a, b), wanted)| (a ^ b) & wanted);
     let different = differing.map(|word| u64::from(word.count_ones())).sum();
     let stats = backend.stats();
-    let proved = stats.lit + stats.umbra;
+    let certified = stats.lit + stats.umbra;
     Ok(Outcome {
         groups: 1,
-        proved: u64::from(proved > 0),
+        certified: u64::from(certified > 0),
         lit: stats.lit,
         umbra: stats.umbra,
-        cases: proved * scene.mesh.triangle_count() as u64,
+        cases: certified * scene.mesh.triangle_count() as u64,
         pairs,
         different,
         broken: (different > 0).then_some(index),
@@ -152,13 +152,13 @@ mod tests {
     fn beams_prove_nothing_that_is_wrong() {
         let outcome = attack(40_000, 7, |_| {}).unwrap();
         assert_eq!((outcome.different, outcome.broken), (0, None), "{outcome:?}");
-        // Both proofs must be common, and neither everywhere, or the attacks are idle.
+        // Both certificates must be common, and neither everywhere, or the attacks are idle.
         assert!(outcome.lit > 1000 && outcome.umbra > 1000, "{outcome:?}");
-        assert!(outcome.proved < outcome.groups * 3 / 4, "{outcome:?}");
+        assert!(outcome.certified < outcome.groups * 3 / 4, "{outcome:?}");
         assert_eq!(attack(40_000, 7, |_| {}).unwrap(), outcome);
     }
 
-    /// Says that everything is lit, and that it has proved so.
+    /// Says that everything is lit, and that it has certified so.
     struct Careless(VisibilityStats);
 
     impl Visibility for Careless {

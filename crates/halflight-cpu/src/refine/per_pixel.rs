@@ -10,12 +10,12 @@ use super::trace_pixels;
 
 /// Refiner that gives every receiver pixel a fragment of its own with a complete mask.
 #[derive(Debug, Default)]
-pub struct Full {
+pub struct PerPixel {
     receivers: PixelSet,
     pixels: Vec<u32>,
 }
 
-impl Refiner for Full {
+impl Refiner for PerPixel {
     fn refine(
         &mut self,
         frame: &Frame,

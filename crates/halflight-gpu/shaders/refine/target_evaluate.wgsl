@@ -4,7 +4,7 @@
 //@ writes samples
 
 @compute @workgroup_size(64)
-fn show(here: Lane) {
+fn evaluate(here: Lane) {
     let query = query_of(invocation(here));
     if query == NONE {
         return;

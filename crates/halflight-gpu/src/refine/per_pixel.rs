@@ -1,4 +1,4 @@
-//! The refiner `full`: every pixel has its own samples.
+//! Per-pixel refiner: every pixel has its own samples.
 
 use halflight_core::pattern::Pattern;
 
@@ -14,22 +14,22 @@ use crate::recorder::{Groups, Recorder};
 use crate::stats::Timed;
 
 programs! {
-    FULL: "full" = full in "refine/full";
+    PER_PIXEL: "per-pixel" = request in "refine/per_pixel";
 }
 
 /// Pass that makes a query a pixel.
 #[derive(Debug)]
-pub(super) struct Full {
-    ask: Pass,
+pub(super) struct PerPixel {
+    request: Pass,
 }
 
-impl Full {
+impl PerPixel {
     pub(super) fn new(compiler: &Compiler) -> Result<Self, GpuError> {
-        Ok(Self { ask: compiler.pass(FULL, &[])? })
+        Ok(Self { request: compiler.pass(PER_PIXEL, &[])? })
     }
 }
 
-impl Refiner for Full {
+impl Refiner for PerPixel {
     fn coarsest(&self) -> u32 {
         0
     }
@@ -46,7 +46,7 @@ impl Refiner for Full {
 
     fn record(&self, recorder: &mut Recorder, tracer: &Tracer, first: u32) {
         recorder.clear_queries();
-        recorder.run(&self.ask, Timed::Refine, first, Groups::Tiles(0));
+        recorder.run(&self.request, Timed::Refine, first, Groups::Tiles(0));
         tracer.count(recorder, first);
         tracer.trace(recorder, first, true);
         tracer.evaluate(recorder, first);

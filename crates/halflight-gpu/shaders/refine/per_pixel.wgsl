@@ -4,7 +4,7 @@
 //@ writes samples owners
 
 @compute @workgroup_size(8, 8)
-fn full(here: Tile) {
+fn request(here: Tile) {
     let pixel = here.at.y * frame.width + here.at.x;
     var asks = here.at.x < frame.width && here.at.y < frame.height;
     if asks {
