@@ -26,7 +26,7 @@ fn an_error_to_come_down_to_and_proofs_are_reported() {
     place.good(&format!("{SMALL} --error 1e-4 --certify --png a.png --stats s.json"));
     let stats = json(&place.path("s.json"));
     assert_eq!(stats["config"]["refiner"]["name"], "lattice");
-    assert_eq!(stats["config"]["upsampler"], "lattice");
+    assert_eq!(stats["config"]["upsampler"]["name"], "lattice");
     let expected = stats["expected_nmse2"].as_f64().unwrap();
     assert!(expected > 0.0 && expected < 1e-2, "{expected}");
     let counts = stats["certified"].as_object().unwrap().values().map(|count| count.as_u64().unwrap());
@@ -232,7 +232,7 @@ fn a_configuration_is_printed_read_back_and_overridden() {
     );
     for line in [
         "width = 48",
-        "upsampler = \"delaunay\"",
+        "name = \"delaunay\"",
         "shading = \"sampled\"",
         "seed = 9",
         "name = \"nichols\"",
@@ -272,10 +272,12 @@ fn a_refiner_brings_its_upsampler_and_samples_end_the_error_target() {
         ("--upsampler delaunay --set refiner.name=per-pixel", "delaunay"),
     ] {
         let found = printed(arguments);
-        assert!(found.contains(&format!("upsampler = \"{upsampler}\"")), "{arguments}:\n{found}");
+        assert!(found.contains(&format!("[upsampler]\nname = \"{upsampler}\"")), "{arguments}:\n{found}");
     }
     fs::write(place.path("chosen.toml"), "upsampler = \"rbf-fixed\"\n").unwrap();
-    assert!(printed("--config chosen.toml --refiner per-pixel").contains("upsampler = \"rbf-fixed\""));
+    assert!(
+        printed("--config chosen.toml --refiner per-pixel").contains("[upsampler]\nname = \"rbf-fixed\"")
+    );
     // Options keep what a file has chosen.
     fs::write(place.path("half.toml"), "[refiner]\ntarget = 0.5\nerror = 0.25\n").unwrap();
     for arguments in ["--certify", "--refiner lattice", "--samples 16"] {

@@ -258,7 +258,10 @@ impl UpsamplerConfig {
 }
 
 /// Reads an upsampler from its name alone, for its default constants, or from a table with name and constants.
-fn name_or_table<'de, D: Deserializer<'de>>(deserializer: D) -> Result<UpsamplerConfig, D::Error> {
+///
+/// # Errors
+/// An unknown name or constant, or a value of the wrong type.
+pub fn name_or_table<'de, D: Deserializer<'de>>(deserializer: D) -> Result<UpsamplerConfig, D::Error> {
     #[derive(Deserialize)]
     #[serde(untagged)]
     enum NameOrTable {
