@@ -10,6 +10,11 @@ use halflight::pipeline::{Image, Pipeline, PipelineBuilder};
 use halflight::prepared::PreparedScene;
 use halflight::scene::{Camera, Material, Mesh, Scene};
 
+/// Programs of a document, which run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/using-from-rust.md")]
+pub struct UsingFromRust;
+
 /// Error while a test is set up.
 pub type SetupError = Box<dyn std::error::Error>;
 

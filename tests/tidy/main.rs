@@ -182,3 +182,25 @@ fn the_readme_is_short() {
     let text = fs::read_to_string(root().join("README.md")).unwrap();
     assert!(text.lines().count() <= 150);
 }
+
+/// Files that a source file at `path` includes from outside of the package in `package`.
+fn included_from_outside(package: &Path, path: &Path, text: &str) -> Vec<String> {
+    let depth = path.strip_prefix(package).unwrap().components().count() - 1;
+    let lines =
+        text.lines().filter(|line| line.contains("include_str!(") || line.contains("include_bytes!("));
+    lines.filter(|line| line.matches("../").count() > depth).map(str::to_owned).collect()
+}
+
+#[test]
+fn packages_include_their_own_files_only() {
+    for package in fs::read_dir(root().join("crates")).unwrap() {
+        let package = package.unwrap().path();
+        for path in files(&package.to_string_lossy(), &["rs"]) {
+            let text = fs::read_to_string(&path).unwrap();
+            let outside = included_from_outside(&package, &path, &text);
+            assert_eq!(outside, Vec::<String>::new(), "{}", path.display());
+        }
+    }
+    let outside = |text| !included_from_outside(Path::new("a"), Path::new("a/src/b.rs"), text).is_empty();
+    assert!(!outside("include_str!(\"../c.toml\")") && outside("include_str!(\"../../c.toml\")"));
+}

@@ -46,6 +46,7 @@ impl<'a> Statistics<'a> {
             stages_ms,
             total_ms,
             peak_bytes,
+            ..
         } = stats;
         Self {
             config,
@@ -66,7 +67,7 @@ impl<'a> Statistics<'a> {
 
 /// Returns a short account for people.
 pub(crate) fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, build_ms: f64) -> String {
-    let StageTimes { gbuffer, pyramid, refine, visibility, certify, irradiance, upsample, compose } =
+    let StageTimes { gbuffer, pyramid, refine, visibility, certify, irradiance, upsample, compose, .. } =
         stats.stages_ms;
     let stages = [
         ("gbuffer", gbuffer),
@@ -92,12 +93,12 @@ pub(crate) fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, 
         let used = counts.iter().rposition(|&count| count > 0).map_or(0, |last| last + 1);
         counts[..used].iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
     };
-    let FragmentCounts { total, per_level, cells } = &stats.fragments;
+    let FragmentCounts { total, per_level, cells, .. } = &stats.fragments;
     lines.push(format!("  fragments  {total} (by level: {})", by_level(per_level)));
     if cells != per_level && cells.iter().any(|&count| count > 0) {
         lines.push(format!("  cells      {} (by level: {})", cells.iter().sum::<u64>(), by_level(cells)));
     }
-    let RayCounts { refine, last, skipped, total } = stats.rays;
+    let RayCounts { refine, last, skipped, total, .. } = stats.rays;
     lines.push(format!("  rays       {total} ({refine} to refine, {last} final; {skipped} skipped)"));
     let VisibilityStats { prepare_ms, lit, umbra, spared, listed, walked, left_to_rays, pairs, kept, .. } =
         stats.visibility;
@@ -110,7 +111,7 @@ pub(crate) fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, 
     if pairs > 0 {
         lines.push(format!("  pairs      {pairs}, {kept} kept; binned in {prepare_ms:.1} ms"));
     }
-    let CertificateCounts { lit, umbra, bounded, traced } = stats.certified;
+    let CertificateCounts { lit, umbra, bounded, traced, .. } = stats.certified;
     let pixels = lit + umbra + bounded + traced;
     if pixels > 0 {
         let share = |count: u64| 100.0 * count as f64 / pixels as f64;

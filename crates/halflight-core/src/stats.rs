@@ -1,4 +1,7 @@
-//! What comes back with every frame besides the image.
+//! Statistics that come back with every frame besides the image.
+//!
+//! The structs are `#[non_exhaustive]`, since later versions count more. Stages of one's own make [`VisibilityStats`] and
+//! [`CertificateCounts`] from their defaults and set the fields that they know.
 
 use std::iter::Sum;
 use std::ops::AddAssign;
@@ -9,6 +12,7 @@ use crate::fragment::LEVELS;
 
 /// Shadow rays, in the three columns that papers mix up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RayCounts {
     /// Traced to decide on refinement.
     pub refine: u64,
@@ -23,6 +27,7 @@ pub struct RayCounts {
 
 /// Wall-clock milliseconds of each stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct StageTimes {
     /// Primary visibility and surface attributes.
     pub gbuffer: f64,
@@ -45,6 +50,7 @@ pub struct StageTimes {
 
 /// Fragments of a frame, all lights together.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FragmentCounts {
     /// All samples.
     pub total: u64,
@@ -54,8 +60,11 @@ pub struct FragmentCounts {
     pub cells: [u64; LEVELS],
 }
 
-/// How a visibility backend came by its answers; what a backend has no notion of stays 0.
+/// Counts of how a visibility backend computed its masks; fields that have no meaning for a backend stay 0.
+///
+/// A backend starts with `VisibilityStats::default()` and sets fields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct VisibilityStats {
     /// Preparation, once a frame, ms; part of the visibility stage's time.
     pub prepare_ms: f64,
@@ -83,8 +92,11 @@ pub struct VisibilityStats {
     pub unprojected: u64,
 }
 
-/// Receiver pixels by what is known of them beyond their fragments' samples; all 0 unless certificates were asked for.
+/// Receiver pixels by what was certified of the cells they lie in; all 0 unless certificates were asked for.
+///
+/// A refiner starts with `CertificateCounts::default()` and sets fields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CertificateCounts {
     /// In cells that were certified to see all of the light.
     pub lit: u64,
@@ -162,6 +174,7 @@ impl Sum for VisibilityStats {
 
 /// Statistics of one frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FrameStats {
     /// Fragments by level.
     pub fragments: FragmentCounts,

@@ -13,7 +13,7 @@ use halflight_core::pattern::{Pattern, PatternError};
 use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::{MeshError, Scene};
 use halflight_core::stages::{Refiner, Unsupported, Upsampler, Visibility};
-use halflight_core::stats::{FrameStats, VisibilityStats};
+use halflight_core::stats::FrameStats;
 use halflight_core::values::Values;
 
 use crate::beam::Beam;
@@ -419,7 +419,8 @@ impl State {
         let PipelineBuilder { scene, bvh, refiner, visibility, upsampler, .. } = builder;
         let (width, height) = builder.size;
         let pixels = width as usize * height as usize;
-        let mut stats = FrameStats { peak_bytes: image.stats.peak_bytes, ..FrameStats::default() };
+        let mut stats = FrameStats::default();
+        stats.peak_bytes = image.stats.peak_bytes;
         let start = Instant::now();
 
         let mut clock = Instant::now();
@@ -510,7 +511,8 @@ impl State {
         }
         stats.fragments.total = stats.fragments.per_level.iter().sum();
         stats.rays.total = stats.rays.refine + stats.rays.last;
-        stats.visibility = VisibilityStats { prepare_ms, ..visibility.stats() };
+        stats.visibility = visibility.stats();
+        stats.visibility.prepare_ms = prepare_ms;
         let held = bvh.bytes()
             + buffers.bytes()
             + refiner.bytes()

@@ -237,6 +237,7 @@ fn column(times: &mut StageTimes, stage: Timed) -> &mut f64 {
 
 /// Statistics of a frame.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct GpuStats {
     /// Times and counts, as from the CPU.
     pub frame: FrameStats,

@@ -3,7 +3,7 @@
 /// Names and texts of the scene files in a list of names.
 macro_rules! scenes {
     ($($name:literal),* $(,)?) => {
-        &[$(($name, include_str!(concat!("../../../scenes/", $name, ".toml")))),*]
+        &[$(($name, include_str!(concat!("../scenes/", $name, ".toml")))),*]
     };
 }
 

@@ -2,7 +2,7 @@
 
 macro_rules! experiments {
     ($($name:literal),* $(,)?) => {
-        &[$(($name, include_str!(concat!("../../../../experiments/", $name, ".toml")))),*]
+        &[$(($name, include_str!(concat!("../../experiments/", $name, ".toml")))),*]
     };
 }
 
@@ -95,7 +95,7 @@ mod tests {
 
     #[test]
     fn names_are_those_of_the_files() {
-        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments");
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments");
         let mut files: Vec<String> = std::fs::read_dir(folder)
             .unwrap()
             .map(|entry| entry.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned())

@@ -26,23 +26,20 @@ pub(crate) struct Medians {
 /// Returns the medians of every stage and of the total.
 pub(crate) fn medians(frames: &[FrameStats]) -> Medians {
     let of = |time: fn(&FrameStats) -> f64| (median(frames.iter().map(time)) * 1e4).round() / 1e4;
-    let stages = StageTimes {
-        gbuffer: of(|frame| frame.stages_ms.gbuffer),
-        pyramid: of(|frame| frame.stages_ms.pyramid),
-        refine: of(|frame| frame.stages_ms.refine),
-        visibility: of(|frame| frame.stages_ms.visibility),
-        certify: of(|frame| frame.stages_ms.certify),
-        irradiance: of(|frame| frame.stages_ms.irradiance),
-        upsample: of(|frame| frame.stages_ms.upsample),
-        compose: of(|frame| frame.stages_ms.compose),
-    };
+    let mut stages = StageTimes::default();
+    stages.gbuffer = of(|frame| frame.stages_ms.gbuffer);
+    stages.pyramid = of(|frame| frame.stages_ms.pyramid);
+    stages.refine = of(|frame| frame.stages_ms.refine);
+    stages.visibility = of(|frame| frame.stages_ms.visibility);
+    stages.certify = of(|frame| frame.stages_ms.certify);
+    stages.irradiance = of(|frame| frame.stages_ms.irradiance);
+    stages.upsample = of(|frame| frame.stages_ms.upsample);
+    stages.compose = of(|frame| frame.stages_ms.compose);
     Medians { stages, prepare: of(|frame| frame.visibility.prepare_ms), total: of(|frame| frame.total_ms) }
 }
 
 #[cfg(test)]
 mod tests {
-    use halflight_core::stats::VisibilityStats;
-
     use super::*;
 
     #[test]
@@ -54,11 +51,12 @@ mod tests {
 
     #[test]
     fn stages_and_total_are_taken_apart() {
-        let frame = |refine: f64, total_ms: f64| FrameStats {
-            stages_ms: StageTimes { refine, ..StageTimes::default() },
-            visibility: VisibilityStats { prepare_ms: total_ms / 2.0 - 1.0, ..VisibilityStats::default() },
-            total_ms,
-            ..FrameStats::default()
+        let frame = |refine: f64, total_ms: f64| {
+            let mut frame = FrameStats::default();
+            frame.stages_ms.refine = refine;
+            frame.visibility.prepare_ms = total_ms / 2.0 - 1.0;
+            frame.total_ms = total_ms;
+            frame
         };
         let medians = medians(&[frame(1.0, 9.0), frame(5.0, 7.0), frame(2.0, 30.0)]);
         assert_eq!((medians.stages.refine, medians.prepare, medians.total), (2.0, 3.5, 9.0));
