@@ -61,7 +61,7 @@ const RETIRED_WORDS: &[&str] = &[
     "RefinerConfig::Full",
     "refine::Full",
     "bvh.nearest",
-    "fn ask",
+    "fn ask(here",
     "fn expect",
     "fn judge",
     "fn look",

@@ -21,7 +21,7 @@ fn keys(value: &Value) -> Vec<&str> {
 const SMALL: &str = "render contact --size 48x36";
 
 #[test]
-fn an_error_to_come_down_to_and_proofs_are_reported() {
+fn an_error_to_come_down_to_and_certificates_are_reported() {
     let place = Place::new("targets");
     place.good(&format!("{SMALL} --error 1e-4 --certify --png a.png --stats s.json"));
     let stats = json(&place.path("s.json"));

@@ -273,7 +273,7 @@ impl Nichols {
     }
 
     /// Keeps the fragments without a discontinuity and passes the children of the others on.
-    fn settle(&mut self, frame: &Frame, level: u8, fragments: &mut Fragments) {
+    fn commit(&mut self, frame: &Frame, level: u8, fragments: &mut Fragments) {
         let batch = self.levels[usize::from(level)].batch;
         for (query, &(cell, pixel)) in (0..).zip(&self.rendered) {
             let flagged = level > 0 && self.flagged[query as usize];
@@ -317,7 +317,7 @@ impl Refiner for Nichols {
             if level > 0 {
                 self.compare(frame, light, level, fragments);
             }
-            self.settle(frame, level, fragments);
+            self.commit(frame, level, fragments);
             std::mem::swap(&mut self.pending, &mut self.next);
         }
         RefineOutput::default()

@@ -183,7 +183,7 @@ impl SfvtGass {
     }
 
     /// Computes the verdicts of all tested fragments from their masks.
-    fn judge(&mut self, fragments: &Fragments, batch: u16, slots: usize, level: u8) {
+    fn split_test(&mut self, fragments: &Fragments, batch: u16, slots: usize, level: u8) {
         let mut verdicts = std::mem::take(&mut self.verdicts);
         let verdict = |fragment| self.verdict(fragments.batch(batch), fragment, slots, level);
         (0..self.tested.len()).into_par_iter().with_min_len(256).map(verdict).collect_into_vec(&mut verdicts);
@@ -236,7 +236,7 @@ impl SfvtGass {
     }
 
     /// Applies the verdicts: keeps, blackens or splits.
-    fn settle(
+    fn commit(
         &mut self,
         frame: &Frame,
         fragments: &mut Fragments,
@@ -321,8 +321,8 @@ impl Refiner for SfvtGass {
         for level in (1..=coarsest).rev() {
             self.classify(frame, light, level, fragments);
             let (batch, slots) = self.test(frame, light, level, visibility, fragments);
-            self.judge(fragments, batch, slots, level);
-            self.settle(frame, fragments, batch, slots, finals, level);
+            self.split_test(fragments, batch, slots, level);
+            self.commit(frame, fragments, batch, slots, finals, level);
         }
         for index in 0..self.pending[0].len() {
             let Pending { x, y, .. } = self.pending[0][index];

@@ -241,6 +241,7 @@ pub fn read_csv(path: &Path) -> Result<Vec<Record>> {
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use halflight_core::stats::FrameStats;
     use halflight_cpu::config::{Named as _, RefinerConfig};
 
     use super::*;
@@ -335,6 +336,22 @@ pub(crate) mod tests {
             let known = |row: &Record| RefinerConfig::NAMES.contains(&row.refiner.as_str());
             assert!(rows.iter().all(known), "{}", table.display());
         }
+    }
+
+    #[test]
+    fn former_names_are_read() {
+        let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../results/targets.csv");
+        let certified = |row: &Record| {
+            let counts = [row.certified_lit, row.certified_umbra, row.certified_bounded];
+            counts.iter().all(Option::is_some) && row.certify_ms.is_some()
+        };
+        assert!(read_csv(&table).unwrap().iter().any(certified));
+        let mut stats = FrameStats::default();
+        (stats.certified.lit, stats.stages_ms.certify) = (3, 0.5);
+        let today = serde_json::to_string(&stats).unwrap();
+        let before = today.replace("\"certified\"", "\"proofs\"").replace("\"certify\"", "\"prove\"");
+        assert_ne!(before, today);
+        assert_eq!(serde_json::from_str::<FrameStats>(&before).unwrap(), stats);
     }
 
     #[test]
