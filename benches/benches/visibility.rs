@@ -4,11 +4,11 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use halflight::bvh::BvhRays;
 use halflight::frame::{Frame, Sharing};
 use halflight::mask::{MaskBatch, Purpose};
 use halflight::pattern::{Pattern, PatternKind};
 use halflight::pyramid::Pyramid;
+use halflight::rays::BvhRays;
 use halflight::stages::Visibility;
 use halflight_benches::{scene, warm};
 

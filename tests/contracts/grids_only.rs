@@ -1,13 +1,13 @@
 //! Backend that supports only regular grids: refused when the pipeline is built, or by an error in the frame
 //! if a refiner did not announce its patterns.
 
-use halflight::bvh::BvhRays;
 use halflight::config::{Named, RefinerConfig};
 use halflight::fragment::Fragments;
 use halflight::frame::{Frame, LightSampling, Sharing};
 use halflight::mask::{MaskBatch, Purpose};
 use halflight::pattern::{Pattern, PatternKind};
 use halflight::pipeline::PipelineError;
+use halflight::rays::BvhRays;
 use halflight::stages::{RefineOutput, Refiner, Unsupported, Visibility};
 use halflight_tests::{Stage, blocker_over_floor};
 

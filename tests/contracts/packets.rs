@@ -1,12 +1,12 @@
 //! Packets give the masks of rays traced one by one, on the bundled scenes, for any subset of wanted samples.
 
-use halflight::bvh::BvhRays;
 use halflight::frame::Frame;
 use halflight::glam::Vec3;
 use halflight::hash;
 use halflight::mask::{MaskBatch, Purpose};
 use halflight::pattern::{Pattern, PatternKind};
 use halflight::pyramid::Pyramid;
+use halflight::rays::BvhRays;
 use halflight::refine::PerPixel;
 use halflight::stages::Visibility;
 use halflight_tests::Stage;

@@ -79,9 +79,11 @@ pub(crate) fn with_defaults() -> [(UpsamplerConfig, f32); 4] {
 /// Upsamplers with constants that no default has.
 fn with_constants() -> [(UpsamplerConfig, f32); 4] {
     let surface = SurfaceLimits { offset_px: 0.5, bend: 1.0, smooth_deg: 5.0, break_deg: 20.0 };
+    // Nothing but planes: bilinear ignores edges where all of its four values lie across one.
+    let flat = SurfaceLimits { offset_px: 1e-3, bend: 0.0, smooth_deg: 0.1, break_deg: 0.2 };
     let robust = RbfRobustConfig { surface, radius: 1.5, softness_px: 2.0, stiffness: 0.3 };
     [
-        (UpsamplerConfig::Bilinear(BilinearConfig { surface }), 1e-6),
+        (UpsamplerConfig::Bilinear(BilinearConfig { surface: flat }), 1e-6),
         (UpsamplerConfig::RbfFixed(RbfFixedConfig { variance: 1.5, copied_level: 1, reach: 1.5 }), 1e-3),
         (
             UpsamplerConfig::RbfAdaptive(RbfAdaptiveConfig { variance: 1.5, copied_level: 1, reach: 1.5 }),

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Mat4, Vec2, Vec3};
 
-use crate::scene::MAX_COORDINATE;
+use crate::limits::MAX_COORDINATE;
 
 /// A pinhole camera in world space, metres.
 ///

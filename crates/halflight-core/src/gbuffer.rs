@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use glam::{DVec3, Vec3};
 
 use crate::camera::{Camera, View};
-use crate::scene::MAX_COORDINATE;
+use crate::limits::MAX_COORDINATE;
 
 /// Marks a pixel that sees no geometry.
 pub const NO_PRIMITIVE: u32 = u32::MAX;

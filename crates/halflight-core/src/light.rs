@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::scene::MAX_COORDINATE;
+use crate::limits::MAX_COORDINATE;
 
 /// Surface that emits a uniform radiance along its normal.
 ///

@@ -6,13 +6,7 @@ use glam::{Vec2, Vec3};
 
 pub use crate::camera::Camera;
 use crate::light::AreaLight;
-
-/// What coordinates of geometry, lights and cameras must stay below, metres: fourth powers of distances are finite in single
-/// precision up to forty times as far.
-pub const MAX_COORDINATE: f32 = 1e8;
-
-/// The smallest diagonal of a mesh's bounding box, metres: fourth powers of a thirtieth of it are not subnormal.
-pub const MIN_DIAGONAL: f32 = 1e-8;
+pub use crate::limits::{MAX_COORDINATE, MIN_DIAGONAL};
 
 /// A scene: one triangle mesh, its lights and the camera that looks at it.
 ///

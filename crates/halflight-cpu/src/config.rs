@@ -9,11 +9,13 @@ use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::beam::Beam;
-use crate::bvh::{Bvh, BvhRays};
+use crate::bvh::Bvh;
 use crate::irradiance::Shading;
 use crate::pipeline::{Pipeline, PipelineBuilder, PipelineError};
 use crate::prepared::PreparedScene;
 use crate::raster4d::{Raster4d, Raster4dConfig};
+use crate::rays::BvhRays;
+pub use crate::refine::DEFAULT_TARGET;
 use crate::refine::{
     DiscontinuityLimits, Lattice, LatticeConfig, Nichols, NicholsConfig, PerPixel, SfvtGass, SfvtGassConfig,
 };
@@ -22,10 +24,6 @@ use crate::upsample::{
     RbfFixedConfig, RbfRobust, RbfRobustConfig,
 };
 use crate::voxel::{VoxelConfig, Voxels};
-
-/// NMSE₂ that a frame comes down to where nothing else is chosen: the noise of 64 jittered samples in every pixel of a hall is
-/// 3e-5 to 1e-4.
-pub const DEFAULT_TARGET: f32 = 1e-4;
 
 /// Declares the stages of one kind, an entry a stage: documentation, variant, constants, name and old names. Names, defaults by
 /// name and the list of all stages follow from it.

@@ -6,9 +6,9 @@ use halflight_core::mask::{MaskBatch, Query};
 use halflight_core::pattern::Pattern;
 use rayon::prelude::*;
 
-use crate::occluder::Vector;
 use crate::samples::{LANES, facing, geometry_terms, points};
 use crate::simd::{Isa, Kernel, Lanes, Simd};
+use crate::vector::Vector;
 
 /// Rays of a batch after culling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -9,9 +9,9 @@ use halflight_core::values::{NO_VALUE, Values};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::occluder::Vector;
 use crate::samples::{LANES, facing, geometry_terms, points};
 use crate::simd::{Isa, Kernel, Lanes, Simd};
+use crate::vector::Vector;
 
 /// What is computed at the samples and interpolated between them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]

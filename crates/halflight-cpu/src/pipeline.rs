@@ -19,11 +19,11 @@ use halflight_core::values::Values;
 use crate::beam::Beam;
 use crate::bvh::{Bvh, BvhError};
 use crate::compose::{self, Totals, luminance};
-use crate::config::RefinerConfig;
 use crate::flush::{self, FlushLight};
 use crate::irradiance::{self, Shading};
 use crate::prepared::PreparedScene;
 use crate::raster4d::Raster4dError;
+use crate::refine::{DEFAULT_TARGET, Lattice, LatticeConfig};
 use crate::requests::Requests;
 use crate::voxel::VoxelError;
 use crate::{gbuffer, pyramid, upsample};
@@ -118,7 +118,7 @@ impl PipelineBuilder {
         self
     }
 
-    /// The refiner; the default is that of [`RefinerConfig`].
+    /// The refiner; the default is that of [`RefinerConfig`](crate::config::RefinerConfig).
     pub fn refiner(mut self, refiner: impl Refiner + 'static) -> Self {
         self.refiner = Box::new(refiner);
         self
@@ -295,7 +295,10 @@ impl Pipeline {
             visibility: Box::new(Beam::or_rays(Arc::clone(scene.bvh()))),
             bvh: Arc::clone(scene.bvh()),
             size: (640, 480),
-            refiner: RefinerConfig::default().stage(),
+            refiner: Box::new(Lattice::new(LatticeConfig {
+                target: DEFAULT_TARGET,
+                ..LatticeConfig::default()
+            })),
             upsampler: Box::new(upsample::Lattice::default()),
             shading: Shading::default(),
             sampling: LightSampling::default(),

@@ -4,8 +4,8 @@ use glam::Vec3;
 use halflight_core::light::{AreaLight, Parallelogram, Shape};
 use halflight_core::pattern::{Pattern, PatternKind};
 
-use crate::occluder::Vector;
 use crate::simd::Lanes;
+use crate::vector::Vector;
 
 /// Number of light samples that are evaluated together.
 pub(crate) const LANES: usize = 16;

@@ -9,7 +9,8 @@ use halflight_core::frame::Frame;
 use halflight_core::mask::MaskBatch;
 use halflight_core::scene::Scene;
 use halflight_core::stages::Visibility;
-use halflight_cpu::bvh::{Bvh, BvhRays};
+use halflight_cpu::bvh::Bvh;
+use halflight_cpu::rays::BvhRays;
 use halflight_lab::exactness::{Agreement, Backend, Settings, backends, check};
 
 const SETTINGS: Settings = Settings { pairs: 30_000, brute_force: 3_000, seed: 1 };

@@ -4,13 +4,22 @@ use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::rc::Rc;
 
+use halflight_core::scene::Texture;
+
 use crate::folders::Folders;
-use crate::mtl::Library;
-use crate::texture::TextureStore;
+use crate::library::Library;
 
 /// Largest number of vertices and of triangles: what the renderer can index, with triangle corners in 32
 /// bits.
 pub(crate) const MAX_COUNT: usize = (u32::MAX / 4) as usize;
+
+/// Textures of a scene, each file read once.
+#[derive(Default)]
+pub(crate) struct TextureStore {
+    pub(crate) textures: Vec<Texture>,
+    pub(crate) by_path: HashMap<PathBuf, Option<u32>>,
+    pub(crate) by_name: HashMap<(PathBuf, Vec<u8>), Option<PathBuf>>,
+}
 
 /// State that the meshes of a scene share while it is loaded.
 #[derive(Default)]

@@ -60,6 +60,7 @@
 
 mod animation;
 mod bundled;
+mod camera;
 mod clean;
 mod context;
 mod error;
@@ -67,6 +68,7 @@ mod faces;
 mod file;
 mod folders;
 pub mod generate;
+mod library;
 mod load;
 mod model;
 mod mtl;

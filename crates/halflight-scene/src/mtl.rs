@@ -2,66 +2,20 @@
 
 mod map;
 
-use std::collections::HashMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::rc::Rc;
 
 use glam::Vec3;
 use halflight_core::scene::Material;
 
 use crate::context::Context;
-use crate::text::{Statements, decode, first_number, first_word, forms, keyword_and_rest, numbers, shown};
+use crate::library::{Definition, Library};
+use crate::text::{Statements, decode, first_number, first_word, keyword_and_rest, numbers, shown};
 pub(crate) use map::UvTransform;
 
 /// The albedo of a material whose `Kd` is missing; MTL names none.
 const DEFAULT_KD: Vec3 = Vec3::splat(0.8);
-
-/// Materials of a file.
-pub(crate) struct Library {
-    path: PathBuf,
-    materials: Vec<Definition>,
-    /// Materials by name; of two with one name the second is used.
-    exact: HashMap<Vec<u8>, usize>,
-    /// Materials by their names without possible comments or quotation marks; of two the first is used.
-    shortened: HashMap<Vec<u8>, usize>,
-}
-
-/// Material of a library, as its statements define it.
-#[derive(Default)]
-struct Definition {
-    name: Vec<u8>,
-    kd: Option<Vec3>,
-    /// Arguments of `map_Kd`.
-    map: Option<Vec<u8>>,
-    illumination: Option<f64>,
-    filters: bool,
-}
-
-impl Library {
-    fn new(path: &Path, materials: Vec<Definition>) -> Self {
-        let mut library =
-            Self { path: path.to_path_buf(), materials, exact: HashMap::new(), shortened: HashMap::new() };
-        for (index, material) in library.materials.iter().enumerate() {
-            let name = material.name.as_slice();
-            library.exact.insert(name.to_vec(), index);
-            for form in forms(name).into_iter().filter(|form| !form.is_empty() && *form != name) {
-                library.shortened.entry(form.to_vec()).or_insert(index);
-            }
-        }
-        library
-    }
-
-    /// Material with a name: exactly as in the library, or shortened.
-    pub(crate) fn find(&self, name: &[u8], shortened: bool) -> Option<usize> {
-        if shortened { self.shortened.get(name) } else { self.exact.get(name) }.copied()
-    }
-
-    /// All names, exactly as in the library and shortened.
-    pub(crate) fn names(&self) -> impl Iterator<Item = &[u8]> {
-        self.exact.keys().chain(self.shortened.keys()).map(Vec::as_slice)
-    }
-}
 
 /// Library at `path`, read once per scene; `None`, with a warning, where it cannot be read.
 pub(crate) fn library(path: &Path, context: &mut Context) -> Option<Rc<Library>> {

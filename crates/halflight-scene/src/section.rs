@@ -228,3 +228,23 @@ fn describe(value: &DeValue<'_>) -> String {
         DeValue::Table(_) => "a table".to_string(),
     }
 }
+
+/// Sections of the array of tables under `key`; `path` is the full dotted key.
+pub(crate) fn tables<'a>(
+    parent: &mut Section<'a>,
+    key: &str,
+    path: &str,
+) -> Result<Vec<Section<'a>>, SceneError> {
+    let Some(value) = parent.take(key) else { return Ok(Vec::new()) };
+    let title = format!("[[{path}]]");
+    let line = parent.source.line(value.span().start);
+    match value.into_inner() {
+        DeValue::Array(items) => {
+            items.into_iter().map(|item| Section::new(parent.source, &title, item)).collect()
+        }
+        _ => {
+            let message = format!("has a single [{path}]; write {title}, of which there may be several");
+            Err(parent.fault(line, message))
+        }
+    }
+}

@@ -1,6 +1,5 @@
 //! Albedo textures: found regardless of the case of their names, stored in sRGB.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use halflight_core::scene::Texture;
@@ -12,14 +11,6 @@ use crate::text::{self, forms};
 
 /// Most texels of an image, 16384 × 16384: a gigabyte.
 const MAX_TEXELS: u64 = 1 << 28;
-
-/// Textures of a scene, each file read once.
-#[derive(Default)]
-pub(crate) struct TextureStore {
-    pub(crate) textures: Vec<Texture>,
-    by_path: HashMap<PathBuf, Option<u32>>,
-    by_name: HashMap<(PathBuf, Vec<u8>), Option<PathBuf>>,
-}
 
 /// Finds the texture that a file in `folder` calls `name`, possibly with quotation marks or a comment.
 pub(crate) fn find(folder: &Path, name: &[u8], context: &mut Context) -> Option<PathBuf> {

@@ -6,12 +6,12 @@ use halflight::prepared::PreparedScene;
 use std::error::Error;
 use std::sync::Arc;
 
-use halflight::bvh::BvhRays;
 use halflight::fragment::{Fragments, Sample};
 use halflight::frame::Frame;
 use halflight::mask::{MaskBatch, Purpose};
 use halflight::pattern::Pattern;
 use halflight::pipeline::Pipeline;
+use halflight::rays::BvhRays;
 use halflight::stages::{RefineOutput, Refiner, Unsupported, Upsampler, Visibility};
 
 /// Fragments of one fixed size, sampled at their first receiver pixel.

@@ -4,8 +4,9 @@ use glam::Vec3;
 use halflight_core::pattern::Pattern;
 use halflight_core::stats::VisibilityStats;
 
-use crate::bvh::{Child, Chunk, RAYS, STACK, Shaft, Tracer, push_near_last};
+use crate::bvh::{Child, RAYS, STACK, Shaft, push_near_last};
 use crate::occluder::Samples;
+use crate::rays::{Chunk, Tracer};
 use crate::shaft::{FEWEST, GROUP, Gather, Hull, List, Share, bounds, quarter};
 use crate::simd::{Isa, Kernel, Simd};
 

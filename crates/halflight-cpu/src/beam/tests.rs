@@ -11,10 +11,11 @@ use halflight_core::stages::Visibility;
 use halflight_core::stats::VisibilityStats;
 
 use super::Beam;
+use crate::bvh::Bvh;
 use crate::bvh::tests::meshes::{
     Numbers, answer, ask, clusters, cuboid, hall, lamp, patterns, scene, soup, sphere,
 };
-use crate::bvh::{Bvh, BvhRays};
+use crate::rays::BvhRays;
 use crate::simd::Isa;
 
 /// Compares the masks of beams, for every instruction set, with those of single rays bit for bit; returns the

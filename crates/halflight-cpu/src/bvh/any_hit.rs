@@ -35,7 +35,7 @@ fn first(count: usize) -> u64 {
 impl Bvh {
     /// Mask of the rays of a finished packet that meet a triangle at 0 < t < 1.
     #[inline(always)]
-    pub(super) fn occluded<S: Simd>(&self, packet: &Packet, stacks: &mut Stacks) -> u64 {
+    pub(crate) fn occluded<S: Simd>(&self, packet: &Packet, stacks: &mut Stacks) -> u64 {
         S::call(Occluded { bvh: self, packet, stacks })
     }
 
@@ -107,7 +107,7 @@ impl Bvh {
 
     /// Mask of the occluded rays, traced one after another.
     #[inline(always)]
-    pub(super) fn occluded_singly<S: Simd>(&self, packet: &Packet, stacks: &mut Stacks) -> u64 {
+    pub(crate) fn occluded_singly<S: Simd>(&self, packet: &Packet, stacks: &mut Stacks) -> u64 {
         let mut occluded = 0;
         for ray in 0..packet.count {
             let hit = self.occludes::<S>(0, packet.origin, packet.end(ray), &mut stacks.single);

@@ -3,8 +3,8 @@
 
 use glam::Vec3;
 
-use crate::occluder::Vector;
 use crate::simd::Lanes;
+use crate::vector::Vector;
 
 /// Flag of a child that is a block; the other bits are the child's index.
 pub(super) const BLOCK: u32 = 1 << 31;

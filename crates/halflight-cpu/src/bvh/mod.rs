@@ -10,7 +10,6 @@ mod build;
 mod closest_hit;
 mod layout;
 mod packet;
-mod rays;
 mod refit;
 mod single;
 mod slab;
@@ -24,14 +23,11 @@ use glam::Vec3;
 use halflight_core::scene::{Mesh, MeshError};
 use rayon::prelude::*;
 
-pub use rays::BvhRays;
-
 pub(crate) use closest_hit::Hits;
 pub(crate) use layout::{Child, Node};
 pub(crate) use packet::{Packet, RAYS};
-pub(crate) use rays::{Chunk, Tracer};
 pub(crate) use slab::Shaft;
-pub(crate) use stack::{STACK, push_near_last};
+pub(crate) use stack::{STACK, Stacks, push_near_last};
 
 use crate::occluder::Block;
 

@@ -9,22 +9,22 @@ use crate::simd::{Lanes, Simd};
 pub(crate) const RAYS: usize = 64;
 
 /// Rays of a group: consecutive rays of a packet whose directions are bounded together.
-pub(super) const GROUP: usize = 16;
+pub(crate) const GROUP: usize = 16;
 
 /// Up to 64 rays from one origin.
 #[derive(Clone)]
 pub(crate) struct Packet {
-    pub(super) origin: Vec3,
-    pub(super) count: usize,
+    pub(crate) origin: Vec3,
+    pub(crate) count: usize,
     /// End points of shadow rays.
     ends: [[f32; RAYS]; 3],
-    pub(super) d: [[f32; RAYS]; 3],
-    pub(super) inverse: [[f32; RAYS]; 3],
-    pub(super) low: Vec3,
-    pub(super) high: Vec3,
+    pub(crate) d: [[f32; RAYS]; 3],
+    pub(crate) inverse: [[f32; RAYS]; 3],
+    pub(crate) low: Vec3,
+    pub(crate) high: Vec3,
     /// Bounds on the directions of each group.
-    pub(super) lows: [Vec3; RAYS / GROUP],
-    pub(super) highs: [Vec3; RAYS / GROUP],
+    pub(crate) lows: [Vec3; RAYS / GROUP],
+    pub(crate) highs: [Vec3; RAYS / GROUP],
 }
 
 impl Packet {
@@ -62,7 +62,7 @@ impl Packet {
     /// Resets the packet to shadow rays towards the first `count` end points, which were written through
     /// [`Packet::ends_mut`].
     #[inline(always)]
-    pub(super) fn set_ends<S: Simd>(&mut self, origin: Vec3, count: usize) {
+    pub(crate) fn set_ends<S: Simd>(&mut self, origin: Vec3, count: usize) {
         (self.origin, self.count) = (origin, count.min(RAYS));
         for axis in 0..3 {
             let origin = S::Wide::splat(origin[axis]);
@@ -75,7 +75,7 @@ impl Packet {
 
     /// End points of shadow rays, one array per axis.
     #[inline(always)]
-    pub(super) fn ends_mut(&mut self) -> &mut [[f32; RAYS]; 3] {
+    pub(crate) fn ends_mut(&mut self) -> &mut [[f32; RAYS]; 3] {
         &mut self.ends
     }
 
@@ -87,7 +87,7 @@ impl Packet {
 
     /// End point of a shadow ray.
     #[inline(always)]
-    pub(super) fn end(&self, ray: usize) -> Vec3 {
+    pub(crate) fn end(&self, ray: usize) -> Vec3 {
         Vec3::new(self.ends[0][ray], self.ends[1][ray], self.ends[2][ray])
     }
 

@@ -12,7 +12,7 @@ use crate::simd::{Kernel, Lanes, Simd};
 impl Bvh {
     /// True if the open segment from `origin` to `end` meets a triangle under the child `root`.
     #[inline(always)]
-    pub(super) fn occludes<S: Simd>(
+    pub(crate) fn occludes<S: Simd>(
         &self,
         root: u32,
         origin: Vec3,

@@ -8,8 +8,8 @@
 
 use glam::Vec3;
 
-use crate::occluder::Vector;
 use crate::simd::Lanes;
+use crate::vector::Vector;
 
 /// 1 + 2⁻²⁰: more than the rounding errors of both parameters, each of which has four roundings.
 const LATE: f32 = 1.0 + 1.0 / 1_048_576.0;

@@ -8,15 +8,15 @@ use crate::simd::Lanes;
 pub(crate) const STACK: usize = 512;
 
 /// Stacks of packet and single-ray traversal.
-pub(super) struct Stacks {
+pub(crate) struct Stacks {
     /// Nodes with the mask of the packet's rays that may enter them.
-    pub(super) split: [(u32, u64); STACK],
+    pub(crate) split: [(u32, u64); STACK],
     /// Nodes and blocks for one ray.
-    pub(super) single: [u32; STACK],
+    pub(crate) single: [u32; STACK],
 }
 
 impl Stacks {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { split: [(0, 0); STACK], single: [0; STACK] }
     }
 }
@@ -59,7 +59,7 @@ pub(crate) fn push_near_last<L: Lanes>(
 
 /// Pushes the children in `mask` with the distance of each, nearest last, and returns the new height.
 #[inline(always)]
-pub(super) fn push_sorted<L: Lanes>(
+pub(crate) fn push_sorted<L: Lanes>(
     node: &Node,
     mask: u32,
     enter: L,

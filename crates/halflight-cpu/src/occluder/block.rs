@@ -4,8 +4,8 @@ use glam::{DVec3, Vec3, Vec3Swizzles as _};
 use halflight_core::scene::Mesh;
 
 use super::expansion::Expansion;
-use super::vector::Vector;
 use crate::simd::Lanes;
+use crate::vector::Vector;
 
 /// Up to eight triangles.
 #[derive(Clone, Debug)]

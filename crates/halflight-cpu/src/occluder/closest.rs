@@ -9,8 +9,8 @@ use glam::Vec3;
 
 use super::block::Block;
 use super::facet::{Facets, Planes};
-use super::vector::Vector;
 use crate::simd::Lanes;
+use crate::vector::Vector;
 
 /// Eight triangles prepared for closest-hit rays from one origin, in memory.
 pub(crate) struct Targets {

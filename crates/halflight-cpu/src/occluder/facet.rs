@@ -11,8 +11,8 @@ use glam::Vec3;
 
 use super::block::Block;
 use super::exact;
-use super::vector::Vector;
 use crate::simd::Lanes;
+use crate::vector::Vector;
 
 /// Eight triangles relative to an origin; signs are flipped so that a ray that meets a triangle has positive
 /// products.

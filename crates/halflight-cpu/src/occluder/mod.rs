@@ -13,7 +13,6 @@ mod over;
 mod points;
 mod rows;
 mod spokes;
-mod vector;
 mod window;
 
 use glam::Vec3;
@@ -21,6 +20,7 @@ use halflight_core::light::AreaLight;
 use halflight_core::mask::Query;
 use halflight_core::pattern::{Pattern, PatternKind};
 
+pub(crate) use crate::vector::Vector;
 pub(crate) use block::{Block, Triangle};
 pub(crate) use closest::Targets;
 pub(crate) use facet::{Facets, Planes, barycentric, corner_weights};
@@ -28,7 +28,6 @@ pub(crate) use over::OverLight;
 pub(crate) use points::Points;
 pub(crate) use rows::Rows;
 pub(crate) use spokes::Spokes;
-pub(crate) use vector::Vector;
 
 use crate::simd::Simd;
 

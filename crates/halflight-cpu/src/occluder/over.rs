@@ -5,8 +5,8 @@ use halflight_core::light::LightFrame;
 
 use super::block::Block;
 use super::facet::Facets;
-use super::vector::Vector;
 use crate::simd::Lanes;
+use crate::vector::Vector;
 
 /// Bound on products below which single precision may have underflowed.
 const VANISHING: f32 = 1e-30;

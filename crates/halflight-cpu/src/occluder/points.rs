@@ -8,11 +8,11 @@ use halflight_core::pattern::Pattern;
 use super::block::Block;
 use super::facet::Planes;
 use super::over::OverLight;
-use super::vector::Vector;
 use super::window::Window;
 use super::{NOTHING, NOWHERE, Samples, exact};
 use crate::samples::{LANES, positions};
 use crate::simd::{Kernel, Lanes, Simd};
+use crate::vector::Vector;
 
 /// Light samples in arbitrary positions.
 pub(crate) struct Points {

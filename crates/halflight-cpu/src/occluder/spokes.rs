@@ -9,8 +9,8 @@ use glam::Vec3;
 
 use super::block::Block;
 use super::facet::decide_sides;
-use super::vector::Vector;
 use crate::simd::Lanes;
+use crate::vector::Vector;
 
 /// Eight triangles relative to an origin.
 #[derive(Clone, Copy)]

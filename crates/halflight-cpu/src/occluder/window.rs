@@ -10,8 +10,8 @@ use halflight_core::light::{AreaLight, LightFrame};
 use halflight_core::pattern::{Pattern, PatternKind};
 
 use super::block::Block;
-use super::vector::Vector;
 use crate::simd::Lanes;
+use crate::vector::Vector;
 
 /// Margin of a window in samples: more than rounding moves samples in their strata.
 const SLACK: f32 = 1.0 / 1024.0;

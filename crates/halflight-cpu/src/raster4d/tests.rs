@@ -11,9 +11,10 @@ use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::Scene;
 
 use super::*;
+use crate::bvh::Bvh;
 use crate::bvh::tests::meshes::{Numbers, answer, ask, clusters, cuboid, hall, lamp, scene, soup, sphere};
-use crate::bvh::{Bvh, BvhRays};
 use crate::occluder::exact;
+use crate::rays::BvhRays;
 
 fn patterns() -> [Pattern; 4] {
     [

@@ -5,8 +5,8 @@ use halflight_core::frame::Frame;
 use halflight_core::mask::MaskBatch;
 use rayon::prelude::*;
 
-use super::fan::Run;
 use super::march::Rays;
+use super::run::Run;
 use super::{Course, Voxels};
 use crate::bvh::{Bvh, Hits, Packet, STACK};
 use crate::samples::LANES;

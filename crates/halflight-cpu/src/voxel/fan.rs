@@ -6,6 +6,7 @@ use halflight_core::light::AreaLight;
 
 use super::grid::Grid;
 use super::march::{Measures, NUMBER, floor, whole};
+use super::run::Run;
 use crate::simd::Lanes;
 
 /// Number of cross-sections of a fan or a part of it; they delimit one piece less.
@@ -17,21 +18,6 @@ const RUNS: usize = 16;
 /// Margin of a piece's bounding box, in voxels: several times the error of single precision in a grid of
 /// 1,024 texels.
 const SLACK: f32 = 0.01;
-
-/// Part of all rays of a fan, as an interval of their parameter 0 … 1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Run {
-    pub(super) from: f32,
-    pub(super) to: f32,
-    /// True if the run is known to lie in the grid.
-    pub(super) inside: bool,
-}
-
-impl Run {
-    /// Whole rays, not known to lie in the grid.
-    pub(super) const WHOLE: Self = Self { from: 0.0, to: 1.0, inside: false };
-    const NONE: Self = Self { from: 0.0, to: 0.0, inside: false };
-}
 
 /// Runs of a fan that may contain set voxels, ordered from the receiver on.
 pub(super) struct Runs {

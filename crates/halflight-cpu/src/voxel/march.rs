@@ -8,8 +8,8 @@ use glam::Vec3;
 use halflight_core::light::AreaLight;
 
 use super::Traversal;
-use super::fan::Run;
 use super::frustum::Frustum;
+use super::run::Run;
 use crate::samples::LANES;
 use crate::simd::Lanes;
 

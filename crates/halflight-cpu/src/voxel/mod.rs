@@ -13,6 +13,7 @@ mod frustum;
 mod grid;
 mod march;
 mod rasterize;
+mod run;
 #[cfg(test)]
 mod tests;
 
@@ -31,9 +32,9 @@ pub use march::turned;
 use crate::pool::TASK;
 use crate::samples::{LANES, positions};
 use crate::simd::{Isa, Kernel, Simd};
-use fan::Run;
 use grid::Grid;
 use march::{Measures, Rays};
+use run::Run;
 
 /// Number of queries that one task answers.
 const CHUNK: usize = 64;

@@ -11,9 +11,9 @@ use super::place::{Key, LIMIT, Path};
 use super::sway::Sway;
 use super::track::Track;
 use super::{Animation, MeshMotion};
+use crate::camera::read_view;
 use crate::error::SceneError;
-use crate::file::{read_view, tables};
-use crate::section::{Found, Section, Source};
+use crate::section::{Found, Section, Source, tables};
 
 /// Animation as written in the file, before meshes are loaded.
 pub(crate) struct AnimationEntry {

@@ -10,17 +10,13 @@ use halflight_core::scene::Mesh;
 
 use super::GenerateError;
 use super::builder::Builder;
-use super::churchyard::churchyard;
+use super::churchyard::{IRON, PAVING, STONE, WOOD, churchyard};
 use super::columns::{Detail, column};
 use super::parameters::Parameters;
 use super::roofs::{gable, tiles};
 use super::shapes::{Behind, Opening, hood, mullion, pierced_wall, quarter, rectangle, swept, turned};
 
 pub(super) const GRASS: u32 = 0;
-pub(super) const STONE: u32 = 1;
-pub(super) const IRON: u32 = 2;
-pub(super) const WOOD: u32 = 3;
-pub(super) const PAVING: u32 = 4;
 const GLASS: u32 = 5;
 const DRESSED: u32 = 6;
 const TILES: [u32; 3] = [7, 8, 9];

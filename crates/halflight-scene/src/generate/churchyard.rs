@@ -6,10 +6,14 @@ use glam::{Vec2, Vec3};
 
 use super::bars::{bar, rod};
 use super::builder::Builder;
-use super::church::{IRON, PAVING, STONE, WOOD};
 use super::columns::Detail;
 use super::random::Random;
 use super::shapes::turned;
+
+pub(super) const STONE: u32 = 1;
+pub(super) const IRON: u32 = 2;
+pub(super) const WOOD: u32 = 3;
+pub(super) const PAVING: u32 = 4;
 
 /// The fence's corners, x and z.
 const LOW: Vec2 = Vec2::new(-19.0, -13.0);

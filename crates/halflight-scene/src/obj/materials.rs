@@ -9,7 +9,8 @@ use halflight_core::scene::Material;
 use super::merge::Merged;
 use crate::context::Context;
 use crate::folders::{path_of, shown};
-use crate::mtl::{self, Library, UvTransform};
+use crate::library::Library;
+use crate::mtl::{self, UvTransform};
 use crate::text::{forms, words};
 
 /// Materials in use and the runs of faces that use them.

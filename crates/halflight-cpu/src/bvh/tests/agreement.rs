@@ -7,7 +7,8 @@ use halflight_core::scene::Scene;
 
 use super::meshes::{Numbers, answer, ask, hall, lamp, patterns, scene, soup};
 use crate::brute_force::BruteForce;
-use crate::bvh::{Bvh, BvhRays};
+use crate::bvh::Bvh;
+use crate::rays::BvhRays;
 use crate::simd::Isa;
 
 /// Index of the first word in which two lists of masks differ.

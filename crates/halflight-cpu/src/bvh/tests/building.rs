@@ -6,8 +6,9 @@ use glam::Vec3;
 use halflight_core::scene::{Mesh, MeshError};
 
 use super::meshes::{answer, ask, lamp, mesh, patterns, scene, soup};
-use crate::bvh::{Bvh, BvhError, BvhRays};
+use crate::bvh::{Bvh, BvhError};
 use crate::occluder::Block;
+use crate::rays::BvhRays;
 
 #[test]
 fn an_empty_mesh_shadows_nothing() {

@@ -7,8 +7,9 @@ use glam::{Mat3, Vec3};
 use halflight_core::scene::{Camera, Mesh, MeshError, Scene};
 
 use super::meshes::{Numbers, answer, ask, clusters, hall, lamp, mesh, patterns, scene, soup};
-use crate::bvh::{Bvh, BvhError, BvhRays};
+use crate::bvh::{Bvh, BvhError};
 use crate::pipeline::{Pipeline, PipelineError};
+use crate::rays::BvhRays;
 
 /// BVH over `from`, refitted to `to`.
 fn refitted(from: &Mesh, to: &Mesh) -> Bvh {

@@ -10,10 +10,11 @@ use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::scene::{Camera, Scene};
 
 use super::meshes::{Numbers, answer, cuboid, lamp, mesh, scene, sphere};
+use crate::bvh::Bvh;
 use crate::bvh::packet::{Packet, RAYS};
 use crate::bvh::stack::Stacks;
-use crate::bvh::{Bvh, BvhRays};
 use crate::gbuffer;
+use crate::rays::BvhRays;
 use crate::simd::{Isa, Kernel, Simd};
 
 /// Up to 64 segments from an origin: occlusion by a packet and one by one.

@@ -16,8 +16,9 @@ use halflight_core::scene::{Camera, Scene};
 use halflight_core::stages::Visibility;
 
 use super::*;
+use crate::bvh::Bvh;
 use crate::bvh::tests::meshes::{cuboid, lamp, scene};
-use crate::bvh::{Bvh, BvhRays};
+use crate::rays::BvhRays;
 
 /// Grid of the paper with exact traversal.
 const EXACT: VoxelConfig =

@@ -12,9 +12,7 @@ use halflight_core::pattern::Pattern;
 use halflight_core::stages::Visibility;
 use rayon::prelude::*;
 
-use super::Bvh;
-use super::packet::{Packet, RAYS};
-use super::stack::Stacks;
+use crate::bvh::{Bvh, Packet, RAYS, Stacks};
 use crate::pool::TASK;
 use crate::samples::{LANES, positions};
 use crate::shaft::Certifier;

@@ -1,0 +1,8 @@
+//! Ranges of coordinates that single precision can work with.
+
+/// What coordinates of geometry, lights and cameras must stay below, metres: fourth powers of distances are finite in single
+/// precision up to forty times as far.
+pub const MAX_COORDINATE: f32 = 1e8;
+
+/// The smallest diagonal of a mesh's bounding box, metres: fourth powers of a thirtieth of it are not subnormal.
+pub const MIN_DIAGONAL: f32 = 1e-8;
