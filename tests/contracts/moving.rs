@@ -50,7 +50,7 @@ fn moved_lights_and_cameras_give_the_image_of_a_new_pipeline() {
         same(&mut pipeline, scene.clone(), &config);
         // Geometry is shared all the while.
         assert!(Arc::ptr_eq(&scene.mesh, &stage.scene.mesh));
-        // What cannot be rendered leaves the pipeline as it was.
+        // Lights and cameras that cannot be rendered leave the pipeline as it was.
         assert!(matches!(pipeline.set_lights(&[]), Err(PipelineError::NoLight)));
         let dark = AreaLight { radiance: -Vec3::ONE, ..scene.lights[0] };
         assert!(matches!(pipeline.set_lights(&[dark]), Err(PipelineError::Light(_))));

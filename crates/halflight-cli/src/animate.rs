@@ -75,7 +75,7 @@ fn render(
     let bvh = Arc::clone(prepared.bvh());
     pipeline.set_scene(&prepared, output.config.visibility.stage(&bvh)?)?;
     let moment = Moment { frame, time_s, move_ms: start.elapsed().as_secs_f64() * 1e3 };
-    // The same light samples in all frames.
+    // All frames have equal light samples.
     pipeline.set_frame_index(0);
     let stats = &pipeline.render()?.stats;
     say(&format!(

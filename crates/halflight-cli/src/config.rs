@@ -71,7 +71,7 @@ fn options(choices: &Choices) -> Value {
     put("upsampler", if lattice { Some(json!("lattice")) } else { text(&choices.upsampler) });
     put("shading", if lattice { Some(json!("ratio")) } else { text(&choices.shading) });
     put("seed", choices.seed.map(|seed| json!(seed)));
-    // It needs samples in rows.
+    // Some backends need samples in rows.
     let backend = choices.visibility.as_deref().and_then(VisibilityConfig::named);
     let rows =
         backend.is_some_and(|backend| backend.fit(LightSampling::default()) != LightSampling::default());

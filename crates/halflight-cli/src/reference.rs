@@ -36,7 +36,7 @@ pub(crate) fn run(args: &Reference) -> Outcome {
         if start.is_none() {
             start = Some(done);
             bar.set_length(total.into());
-            // What is taken over from an earlier run says nothing about how fast this one is.
+            // Samples from an earlier run say nothing about the speed of this one.
             bar.reset_eta();
         }
         bar.set_position(done.into());

@@ -80,7 +80,7 @@ fn plain_images_are_compared_and_irradiance_comes_first() {
     );
     let message = place.bad("compare both.exr rgb.exr --layer irradiance");
     assert!(message.contains("rgb.exr has no layer `irradiance`"), "{message}");
-    // What the program writes itself can be set against another program's picture of it.
+    // Files that the program writes can be set against another program's picture of it.
     place.good("render contact --size 8x6 --out own.exr");
     let (error, _) = compared(&place, "own.exr own.exr --layer radiance");
     assert_eq!(error, 0.0);
@@ -99,7 +99,7 @@ fn pixels_are_compared_where_they_lie() {
         (0.0, "compared: default layer; 5×4 pixels from (2, 1), which both files have\n")
     );
     assert_eq!(compared(&place, "whole.exr crop.exr").0, 0.0);
-    // The same numbers elsewhere.
+    // Equal numbers in another place.
     let mut moved = layer(&RGB, (2, 1), (5, 4), 1.0);
     moved.attributes.layer_position = Vec2(3, 1);
     write(&place, "moved.exr", moved);

@@ -1,4 +1,4 @@
-//! What can be said of the visible fraction in a whole region, without asking for every receiver in it.
+//! Certificates: bounds on the visible fraction in a whole region, without masks of its receivers.
 
 use glam::Vec3;
 
@@ -22,7 +22,7 @@ impl Region {
     }
 }
 
-/// What is known of all receivers in a region about one light.
+/// Bound that holds for all receivers of a region and one light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Certificate {
     /// All of them see all of the light.

@@ -1,4 +1,4 @@
-//! What a refiner hands on: samples with their masks, and the cells of the image that they stand for.
+//! Output of refiners: samples with their masks, and the cells of the image that they stand for.
 
 use crate::gbuffer::{GBuffer, NO_PRIMITIVE};
 use crate::mask::{MaskBatch, Purpose};
@@ -12,7 +12,7 @@ pub const LEVELS: usize = 16;
 /// Its receivers are `probes` consecutive queries of one batch. A sample without probes was found to receive nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Where the value holds, in pixels: pixel (i, j) has its centre at (i + 0.5, j + 0.5).
+    /// Position of the value, in pixels: pixel (i, j) has its centre at (i + 0.5, j + 0.5).
     pub x: f32,
     /// Down, like `x`.
     pub y: f32,
@@ -60,7 +60,7 @@ impl Cell {
     }
 }
 
-/// What is wrong with a refiner's fragments.
+/// Faults of a refiner's fragments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FragmentError {
@@ -453,7 +453,7 @@ mod tests {
         assert_eq!(check(&[(7, 1, 0), (6, 0, 0), (6, 1, 0)]), Ok(()));
         assert_eq!(check(&[(0, 140, 4), (7, 0, 0)]), Err(FragmentError::Uncovered { pixel: 3 * 150 + 140 }));
         assert_eq!(check(&[]), Err(FragmentError::Uncovered { pixel: 3 * 150 + 140 }));
-        // Where nothing is seen as well, since one of them would be lost.
+        // Pixels that see nothing as well, since one of them would be lost.
         let twice = |pixel: usize| Err(FragmentError::Twice { pixel });
         assert_eq!(check(&[(0, 140, 3), (0, 140, 3)]), twice(3 * 150 + 140));
         assert_eq!(check(&[(7, 0, 0), (7, 1, 0), (0, 127, 8)]), twice(8 * 150 + 127));

@@ -1,4 +1,4 @@
-//! What every stage may look at while a frame is rendered.
+//! Frames in progress: the data that every stage may read.
 
 use serde::{Deserialize, Serialize};
 
@@ -53,9 +53,9 @@ impl LightSampling {
 pub struct Frame<'a> {
     /// Geometry, lights and camera.
     pub scene: &'a Scene,
-    /// What each pixel sees.
+    /// Surfaces that the pixels see.
     pub gbuffer: &'a GBuffer,
-    /// Where geometry breaks.
+    /// Discontinuities of the surfaces.
     pub pyramid: &'a Pyramid,
     /// The pattern of a full mask.
     pub pattern: Pattern,

@@ -219,7 +219,7 @@ impl GBuffer {
         y as usize * self.width as usize + x as usize
     }
 
-    /// Whether the pixel sees geometry, and so receives light.
+    /// Returns true if the pixel sees geometry, and so receives light.
     #[inline]
     pub fn is_receiver(&self, pixel: usize) -> bool {
         self.primitive[pixel] != NO_PRIMITIVE
@@ -255,7 +255,7 @@ impl GBuffer {
 /// | rest | models whose own arithmetic has added to that |
 /// | extent | points near the world's origin, whose neighbours' corners are not |
 ///
-/// It does not depend on the size of the scene. Chosen by the tests of flat, curved and distant meshes, none of which shades
+/// The offset does not depend on the size of the scene. Chosen by the tests of flat, curved and distant meshes, none of which shades
 /// itself from 6 u on; a sheet that lies 32 units in the last place above a surface shades it.
 #[inline]
 pub fn receiver_origin(point: DVec3, normal: Vec3, extent: f32) -> Vec3 {

@@ -6,14 +6,14 @@ use crate::limits::MAX_COORDINATE;
 
 /// Surface that emits a uniform radiance along its normal.
 ///
-/// It is not geometry: it casts no shadow and the camera does not see it.
+/// A light is not geometry: it casts no shadow and the camera does not see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AreaLight {
     /// Extent and position.
     pub shape: Shape,
     /// Emitted radiance per channel, W/m²/sr.
     pub radiance: Vec3,
-    /// Whether the back emits as well.
+    /// True if the back emits as well.
     pub two_sided: bool,
 }
 

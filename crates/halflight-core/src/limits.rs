@@ -1,6 +1,6 @@
 //! Ranges of coordinates that single precision can work with.
 
-/// What coordinates of geometry, lights and cameras must stay below, metres: fourth powers of distances are finite in single
+/// Upper bound of coordinates of geometry, lights and cameras, metres: fourth powers of distances are finite in single
 /// precision up to forty times as far.
 pub const MAX_COORDINATE: f32 = 1e8;
 

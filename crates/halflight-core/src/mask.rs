@@ -19,7 +19,7 @@ pub struct Query {
     pub asked: u32,
 }
 
-/// What the rays of a batch are for, so that they can be counted apart.
+/// Purpose of a batch's rays, by which they are counted apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Purpose {
     /// To decide on refinement (the masks may be kept and used for irradiance as well).
@@ -120,7 +120,7 @@ impl MaskBatch {
         self.pattern
     }
 
-    /// What the rays are counted as.
+    /// Purpose by which the rays are counted.
     pub fn purpose(&self) -> Purpose {
         self.purpose
     }
@@ -136,7 +136,7 @@ impl MaskBatch {
         self.queries.len()
     }
 
-    /// Whether there are no queries.
+    /// Returns true if there are no queries.
     pub fn is_empty(&self) -> bool {
         self.queries.is_empty()
     }
@@ -160,7 +160,7 @@ impl MaskBatch {
         &self.visible[index * words..(index + 1) * words]
     }
 
-    /// What a backend needs to answer.
+    /// Data that a backend needs to answer.
     pub fn parts(&mut self) -> BatchParts<'_> {
         BatchParts { queries: &self.queries, wanted: &self.wanted, visible: &mut self.visible }
     }

@@ -1,4 +1,4 @@
-//! Where light samples lie: stratified patterns over a light's unit square.
+//! Positions of light samples: stratified patterns over a light's unit square.
 
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
@@ -63,7 +63,7 @@ impl Pattern {
         usize::from(self.columns) * usize::from(self.rows)
     }
 
-    /// Whether the pattern has no samples, which only one built by hand can be.
+    /// Returns true if the pattern has no samples, which only one built by hand can be.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -88,7 +88,7 @@ impl Pattern {
         Vec2::new((column as f32 + du) * scale_u, (row as f32 + dv) * scale_v)
     }
 
-    /// Whether every key gives the same positions.
+    /// Returns true if every key gives equal positions.
     pub fn ignores_key(&self) -> bool {
         self.kind == PatternKind::Grid
     }

@@ -1,4 +1,4 @@
-//! Where geometry breaks: max-mipmaps of depth derivative and normal curvature over the G-buffer.
+//! Discontinuity pyramid: max-mipmaps of depth derivative and normal curvature over the G-buffer.
 
 /// The coarsest level anything uses: fragments of 128 × 128 pixels (Koa17 §3.3.1).
 pub const MAX_LEVEL: u8 = 7;
@@ -14,7 +14,7 @@ pub struct PyramidLevel {
     pub depth: Vec<f32>,
     /// Largest curvature `sqrt(κx² + κy²)` in the cell (Koa17 §3.2.1), 0 … 2√2.
     pub curvature: Vec<f32>,
-    /// Whether any pixel of the cell is a receiver.
+    /// True if any pixel of the cell is a receiver.
     pub receivers: Vec<bool>,
 }
 

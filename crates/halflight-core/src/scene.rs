@@ -108,7 +108,7 @@ pub enum MeshError {
     Index {
         /// The triangle.
         triangle: usize,
-        /// What it refers to.
+        /// Kind of thing that it refers to.
         what: &'static str,
         /// The index it holds.
         index: u32,

@@ -19,7 +19,7 @@ use crate::values::Values;
 pub struct Unsupported {
     /// Name of the stage that refuses.
     pub stage: String,
-    /// What it was asked for.
+    /// Pattern that it was asked for.
     pub pattern: Pattern,
     /// Why, and what would work.
     pub reason: String,

@@ -77,7 +77,7 @@ fn add_planes<const N: usize>(
             return;
         }
         if needs_unshadowed {
-            // Where nothing is seen the normal is zero, and so is the irradiance.
+            // Pixels that see nothing have a zero normal and no irradiance.
             let (origins, normals) = (&gbuffer.position[pixels.clone()], &gbuffer.normal[pixels]);
             unshadowed_many(light, origins, normals, &mut irradiance[..image.len()]);
         }

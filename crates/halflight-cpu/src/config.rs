@@ -148,7 +148,7 @@ pub struct PipelineConfig {
     /// Upsampler.
     #[serde(deserialize_with = "name_or_table")]
     pub upsampler: UpsamplerConfig,
-    /// What is interpolated.
+    /// Quantity that is interpolated.
     pub shading: Shading,
     /// Light samples.
     pub sampling: LightSampling,

@@ -24,7 +24,7 @@ const SURFACES: usize = 64;
 
 /// Fills `out` with the nearest surface at every pixel centre. `bvh` must be built over `scene`'s mesh.
 ///
-/// Whether a ray meets a triangle, and which of two it meets first, is decided in exact arithmetic for the ray from the eye
+/// Hits, and the order of two hits, are decided in exact arithmetic for the ray from the eye
 /// along the pixel's direction in single precision. Shared edges are watertight. Of surfaces that a ray meets in the same
 /// point (coplanar ones, or ones that touch there) the triangle with the lowest index is seen. Triangles seen edge-on are
 /// not. Ray parameters are distances along the view direction, so they are the depths; they and the positions are rounded
@@ -92,7 +92,7 @@ impl Rows<'_> {
     }
 }
 
-/// What pixels that see the same triangle have in common.
+/// Properties that all pixels which see one triangle share.
 #[derive(Clone, Copy)]
 struct Surface {
     triangle: u32,

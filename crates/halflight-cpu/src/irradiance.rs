@@ -13,7 +13,7 @@ use crate::samples::{LANES, facing, geometry_terms, points};
 use crate::simd::{Isa, Kernel, Lanes, Simd};
 use crate::vector::Vector;
 
-/// What is computed at the samples and interpolated between them.
+/// Quantity that is computed at the samples and interpolated between them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shading {
@@ -60,7 +60,7 @@ pub fn query_sums(light: &AreaLight, batch: &MaskBatch, first: usize, count: usi
     sums(light, batch, first, count, Needed::Both)
 }
 
-/// What of the sums is used.
+/// Sums that are used.
 #[derive(Clone, Copy, PartialEq)]
 enum Needed {
     Both,

@@ -154,7 +154,7 @@ impl PipelineBuilder {
         self
     }
 
-    /// What is interpolated; [`Shading::Ratio`] by default.
+    /// Quantity that is interpolated; [`Shading::Ratio`] by default.
     pub fn shading(mut self, shading: Shading) -> Self {
         self.shading = shading;
         self
@@ -241,7 +241,7 @@ fn check_patterns(
     refiner.patterns(full).into_iter().try_for_each(|pattern| visibility.supports(pattern))
 }
 
-/// What a frame comes out as. All layers are row by row from the top left.
+/// Rendered frame. All layers are row by row from the top left.
 #[derive(Clone, Debug, Default)]
 pub struct Image {
     /// Width in pixels.

@@ -93,7 +93,7 @@ impl SceneBuffers {
         encoder: &mut wgpu::CommandEncoder,
         mesh: &Mesh,
     ) -> Result<(), GpuError> {
-        // Where the rest fails, boxes are those of no mesh; the next call makes all of them anew.
+        // Boxes belong to no mesh if the rest fails; the next call makes all of them anew.
         self.hierarchy.refit(mesh);
         let triangles = corners(mesh, self.hierarchy.order());
         let contents: [(Slot, &[u8]); 2] = [

@@ -79,7 +79,7 @@ fn slivers_at_glancing_angles_are_where_brute_force_finds_them() {
 
 #[test]
 fn coplanar_triangles_give_way_to_the_first() {
-    // The same rectangle by other triangles, in both orders, and a third just behind it.
+    // One rectangle by other triangles, in both orders, and a third just behind it.
     let [a, b, c, d] =
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, z)| Vec3::new(x, 0.3 * x, z));
     let behind = Vec3::NEG_Y * 1e-6;

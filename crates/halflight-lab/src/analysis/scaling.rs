@@ -28,7 +28,7 @@ impl PowerLaw {
             points.iter().map(|&(x, y)| part(x - x_mean, y - y_mean)).sum()
         };
         let spread = sum(&|x, _| x * x);
-        // What rounding leaves of equal x is far below any two counts.
+        // Rounding moves equal x by far less than any two counts differ.
         if points.len() < 2 || spread < 1e-12 {
             return None;
         }

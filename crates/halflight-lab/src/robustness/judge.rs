@@ -238,7 +238,7 @@ mod tests {
         let yardsticks = Yardsticks { easy: 0.0, every_pixel: 0.0, unshadowed: 1e-3 };
         let of = |nmse2| judge(&Figure { nmse2, worst: 0.0 }, &yardsticks).word();
         assert_eq!([of(3e-5), of(5e-4), of(1e-3)], ["pass", "degraded", "fails"]);
-        // Where there is no shadow, or none that 64 samples can tell, none is lost.
+        // No shadow is lost where there is none, or none that 64 samples can tell.
         for unshadowed in [0.0, 1e-6] {
             let figure = Figure { nmse2: 2e-5, worst: 0.0 };
             assert_eq!(judge(&figure, &Yardsticks { unshadowed, ..yardsticks }), Verdict::Pass);
