@@ -4,7 +4,7 @@ use halflight::config::{Named as _, PipelineConfig, RefinerConfig, UpsamplerConf
 use halflight::frame::Frame;
 use halflight::irradiance::Shading;
 use halflight::pyramid::Pyramid;
-use halflight::refine::{LatticeConfig, NicholsConfig, SfvtGassConfig};
+use halflight::refine::{GeometryThresholds, LatticeConfig, NicholsConfig, SfvtGassConfig};
 use halflight::upsample::{
     BilinearConfig, RbfAdaptiveConfig, RbfFixedConfig, RbfRobustConfig, SurfaceLimits,
 };
@@ -79,11 +79,11 @@ pub(crate) fn with_defaults() -> [(UpsamplerConfig, f32); 4] {
 /// Upsamplers with constants that no default has.
 fn with_constants() -> [(UpsamplerConfig, f32); 4] {
     let surface = SurfaceLimits { offset_px: 0.5, bend: 1.0, smooth_deg: 5.0, break_deg: 20.0 };
-    // Nothing but planes: bilinear ignores edges where all of its four values lie across one.
-    let flat = SurfaceLimits { offset_px: 1e-3, bend: 0.0, smooth_deg: 0.1, break_deg: 0.2 };
+    // Everything is one surface.
+    let loose = SurfaceLimits { offset_px: 1e6, bend: 1e3, smooth_deg: 178.0, break_deg: 179.0 };
     let robust = RbfRobustConfig { surface, radius: 1.5, softness_px: 2.0, stiffness: 0.3 };
     [
-        (UpsamplerConfig::Bilinear(BilinearConfig { surface: flat }), 1e-6),
+        (UpsamplerConfig::Bilinear(BilinearConfig { surface: loose }), 1e-6),
         (UpsamplerConfig::RbfFixed(RbfFixedConfig { variance: 1.5, copied_level: 1, reach: 1.5 }), 1e-3),
         (
             UpsamplerConfig::RbfAdaptive(RbfAdaptiveConfig { variance: 1.5, copied_level: 1, reach: 1.5 }),
@@ -96,7 +96,9 @@ fn with_constants() -> [(UpsamplerConfig, f32); 4] {
 #[test]
 fn constants_reach_the_device() {
     let Some(bench) = Bench::open() else { return };
-    let refiner = RefinerConfig::SfvtGass(SfvtGassConfig::default());
+    // Geometry splits no cell, so that cells reach across edges.
+    let geometry = GeometryThresholds { depth: 1e6, curvature: 1e6 };
+    let refiner = RefinerConfig::Nichols(NicholsConfig { geometry, ..NicholsConfig::default() });
     for ((upsampler, tolerance), (usual, _)) in with_constants().into_iter().zip(with_defaults()) {
         let config = PipelineConfig { refiner, upsampler, ..per_pixel(110, 83, Shading::Ratio) };
         let twins = Twins::render(&bench, "toys", &config, true);
