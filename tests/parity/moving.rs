@@ -194,7 +194,7 @@ fn lights_without_room_are_refused() {
 #[test]
 fn moving_lights_and_cameras_creates_nothing_that_grows_with_the_mesh() {
     let Some(bench) = Bench::open() else { return };
-    // Those with buffers of their own for triangles and lights.
+    // Backends with buffers of their own for triangles and lights.
     for config in configs().split_off(2) {
         let created = |scene: &Scene| {
             let mut renderer = bench.renderer(scene, &config).unwrap();

@@ -20,7 +20,7 @@ pub(crate) fn on_cpu(output: &Output, ready: &Ready, pipeline: &mut Pipeline) ->
 /// Renders on the fastest GPU.
 ///
 /// # Errors
-/// There is none, or the configuration has stages that it has not got.
+/// No GPU is found, or the configuration has stages that it has not got.
 #[cfg(feature = "gpu")]
 pub(crate) fn on_gpu(output: &Output, ready: &Ready) -> Outcome {
     let gpu = Gpu::find()?;

@@ -154,11 +154,6 @@ impl Camera {
             _ => Ok(()),
         }
     }
-
-    /// Returns the height of a pixel at one metre of depth, metres.
-    pub fn pixel_height(&self, height: u32) -> f32 {
-        2.0 * (self.fov_y_deg.to_radians() * 0.5).tan() / height as f32
-    }
 }
 
 /// Primary rays of a camera through the pixels of an image, world space.

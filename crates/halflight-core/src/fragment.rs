@@ -88,7 +88,7 @@ pub enum FragmentError {
         /// Index of the cell.
         cell: usize,
     },
-    /// There are more batches than can be.
+    /// More batches than can be numbered.
     #[error("the refiner opened more than {MAX_BATCHES} batches")]
     Batches,
     /// Two cells hold the same pixel.

@@ -87,6 +87,29 @@ pub enum SurfacePoints<'a> {
     Depths(&'a [f32]),
 }
 
+/// Layer and fault of a pixel that sees something, if any; `layer` is the one that the point comes from.
+fn surface_fault(
+    layer: &'static str,
+    normal: Vec3,
+    point: DVec3,
+    depth: f32,
+    albedo: Vec3,
+) -> Option<(&'static str, &'static str)> {
+    // Points that were moved off surfaces at the limit lie a little beyond it.
+    let farthest = 1.001 * f64::from(MAX_COORDINATE);
+    if !UNIT_LENGTH.contains(&normal.length()) {
+        Some(("normal", "not of length 1"))
+    } else if !(0.0..farthest).contains(&point.abs().max_element()) {
+        Some((layer, "not finite or 1e8 m or more from the origin"))
+    } else if !(f32::MIN_POSITIVE..=f32::MAX).contains(&depth) {
+        Some(("depth", "not in front of the camera"))
+    } else if !(albedo.is_finite() && albedo.min_element() >= 0.0) {
+        Some(("albedo", "negative or not finite"))
+    } else {
+        None
+    }
+}
+
 impl GBuffer {
     /// Returns the G-buffer that a renderer of the caller's has drawn of `camera`'s view.
     ///
@@ -122,10 +145,6 @@ impl GBuffer {
                 continue;
             }
             let (x, y) = (pixel as u32 % width, pixel as u32 / width);
-            let refuse = |layer, fault| Err(GBufferError::Pixel { layer, x, y, fault });
-            if !UNIT_LENGTH.contains(&normal.length()) {
-                return refuse("normal", "neither zero nor of length 1");
-            }
             let (point, depth) = match points {
                 SurfacePoints::Positions(points) => {
                     let point = points[pixel].as_dvec3();
@@ -136,15 +155,9 @@ impl GBuffer {
                     (view.eye.as_dvec3() + d * f64::from(depths[pixel]), depths[pixel])
                 }
             };
-            if !(0.0..f64::from(MAX_COORDINATE)).contains(&point.abs().max_element()) {
-                return refuse(layer, "not finite or 1e8 m or more from the origin");
-            }
-            if depth.is_nan() || depth <= 0.0 {
-                return refuse(layer, "behind the camera");
-            }
             let albedo = albedo.map_or(Vec3::ONE, |albedo| albedo[pixel]);
-            if !(albedo.is_finite() && albedo.min_element() >= 0.0) {
-                return refuse("albedo", "negative or not finite");
+            if let Some((layer, fault)) = surface_fault(layer, normal, point, depth, albedo) {
+                return Err(GBufferError::Pixel { layer, x, y, fault });
             }
             gbuffer.depth[pixel] = depth;
             gbuffer.position[pixel] = given_origin(point, normal, depth);
@@ -172,23 +185,10 @@ impl GBuffer {
         if let Some((layer, found)) = lengths.into_iter().find(|(_, found)| *found != expected) {
             return Err(GBufferError::Length { layer, found, expected });
         }
-        let seen = (0..expected).filter(|&pixel| self.is_receiver(pixel));
-        let fault = |pixel: usize| {
-            let (normal, point) = (self.normal[pixel], self.position[pixel]);
-            if !UNIT_LENGTH.contains(&normal.length()) {
-                Some(("normal", "not of length 1"))
-            } else if !(0.0..2.0 * MAX_COORDINATE).contains(&point.abs().max_element()) {
-                Some(("position", "not finite or 1e8 m or more from the origin"))
-            } else if !(self.depth[pixel] > 0.0 && self.depth[pixel].is_finite()) {
-                Some(("depth", "not above 0 and finite"))
-            } else if !(self.albedo[pixel].is_finite() && self.albedo[pixel].min_element() >= 0.0) {
-                Some(("albedo", "negative or not finite"))
-            } else {
-                None
-            }
-        };
-        for pixel in seen {
-            if let Some((layer, fault)) = fault(pixel) {
+        for pixel in (0..expected).filter(|&pixel| self.is_receiver(pixel)) {
+            let (point, normal) = (self.position[pixel].as_dvec3(), self.normal[pixel]);
+            let fault = surface_fault("position", normal, point, self.depth[pixel], self.albedo[pixel]);
+            if let Some((layer, fault)) = fault {
                 let (x, y) = (pixel as u32 % self.width, pixel as u32 / self.width);
                 return Err(GBufferError::Pixel { layer, x, y, fault });
             }
@@ -242,6 +242,9 @@ impl GBuffer {
     }
 }
 
+/// Half a unit in the last place of single precision at 1: u = 2⁻²⁴.
+const UNIT: f64 = 1.0 / 16_777_216.0;
+
 /// Returns where shadow rays of a surface point start: the point, moved along the unit normal by a bound on what rounding
 /// does to it and to the surfaces next to it. World space, metres.
 ///
@@ -259,7 +262,6 @@ impl GBuffer {
 /// itself from 6 u on; a sheet that lies 32 units in the last place above a surface shades it.
 #[inline]
 pub fn receiver_origin(point: DVec3, normal: Vec3, extent: f32) -> Vec3 {
-    const UNIT: f64 = 1.0 / 16_777_216.0;
     let size = point.abs().max_element() + f64::from(extent) * (1.0 / 4096.0);
     (point + normal.as_dvec3() * (12.0 * UNIT * size)).as_vec3()
 }
@@ -268,7 +270,6 @@ pub fn receiver_origin(point: DVec3, normal: Vec3, extent: f32) -> Vec3 {
 /// u · (12 · largest coordinate + 8 · depth) with u = 2⁻²⁴, which also covers the rounding of depths to single precision.
 #[inline]
 pub fn given_origin(point: DVec3, normal: Vec3, depth: f32) -> Vec3 {
-    const UNIT: f64 = 1.0 / 16_777_216.0;
     let offset = UNIT * (12.0 * point.abs().max_element() + 8.0 * f64::from(depth));
     (point + normal.as_dvec3() * offset).as_vec3()
 }
@@ -327,14 +328,14 @@ mod tests {
             of(&changed(f32::NAN), &normals, None),
             pixel("depth", "not finite or 1e8 m or more from the origin")
         );
-        assert_eq!(of(&changed(-1.0), &normals, None), pixel("depth", "behind the camera"));
+        assert_eq!(of(&changed(-1.0), &normals, None), pixel("depth", "not in front of the camera"));
         let long = [&normals[..11], &[Vec3::Y * 2.0]].concat();
-        assert_eq!(of(&depths, &long, None), pixel("normal", "neither zero nor of length 1"));
+        assert_eq!(of(&depths, &long, None), pixel("normal", "not of length 1"));
         let dark = [&[Vec3::ONE; 11][..], &[-Vec3::ONE]].concat();
         assert_eq!(of(&depths, &normals, Some(&dark)), pixel("albedo", "negative or not finite"));
         let mut gbuffer =
             GBuffer::from_surfaces(&camera, SIZE, SurfacePoints::Depths(&depths), &normals, None).unwrap();
         gbuffer.depth[11] = 0.0;
-        assert_eq!(gbuffer.validate().unwrap_err(), pixel("depth", "not above 0 and finite"));
+        assert_eq!(gbuffer.validate().unwrap_err(), pixel("depth", "not in front of the camera"));
     }
 }

@@ -1,6 +1,6 @@
 //! Types, light sampling, masks and the three stage traits of Halflight.
 //!
-//! This crate does no IO and starts no thread. A frame's data flows through its modules in this order: [`scene`] and
+//! The crate does no IO and starts no thread. A frame's data flows through its modules in this order: [`scene`] and
 //! [`light`] are seen in the [`gbuffer`], whose breaks the [`pyramid`] holds; a refiner ([`stages`]) asks for light
 //! [`mask`]s over a [`pattern`] of light samples and hands on [`fragment`]s, whose samples have [`values`]; [`stats`] come back
 //! with the image.

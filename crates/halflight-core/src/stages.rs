@@ -32,9 +32,8 @@ impl Unsupported {
     }
 }
 
-/// Results of a refiner beside the fragments, for one light.
+/// Results of a refiner beside the fragments, for one light. Refiners fill in what they know over the default.
 #[derive(Clone, Copy, Debug, Default)]
-#[non_exhaustive]
 pub struct RefineOutput<'a> {
     /// Expected squared error of the light's irradiance, by luminance, summed over the image, (W/m²)²; none from refiners that
     /// do not aim at an error.
@@ -44,26 +43,6 @@ pub struct RefineOutput<'a> {
     pub fractions: &'a [f32],
     /// Pixels by what was certified of their cells, from refiners that ask for certificates.
     pub certified: CertificateCounts,
-}
-
-impl<'a> RefineOutput<'a> {
-    /// Sets [`Self::expected_error`].
-    #[must_use]
-    pub fn with_expected_error(self, expected_error: Option<f64>) -> Self {
-        Self { expected_error, ..self }
-    }
-
-    /// Sets [`Self::fractions`].
-    #[must_use]
-    pub fn with_fractions(self, fractions: &'a [f32]) -> Self {
-        Self { fractions, ..self }
-    }
-
-    /// Sets [`Self::certified`].
-    #[must_use]
-    pub fn with_certified(self, certified: CertificateCounts) -> Self {
-        Self { certified, ..self }
-    }
 }
 
 /// Decides which fragments an image is made of, asking for visibility as often as it needs.

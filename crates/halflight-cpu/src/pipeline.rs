@@ -364,7 +364,7 @@ impl Pipeline {
     /// Replaces the lights. Nothing that grows with the mesh is copied or built.
     ///
     /// # Errors
-    /// There are none, or one cannot be used; the pipeline is then as it was.
+    /// No light is given, or one cannot be used; the pipeline is then as it was.
     pub fn set_lights(&mut self, lights: &[AreaLight]) -> Result<(), PipelineError> {
         let State { builder, flush, .. } = &mut self.state;
         let changed = Scene { lights: lights.to_vec(), ..builder.scene.clone() };

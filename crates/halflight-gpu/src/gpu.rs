@@ -56,7 +56,7 @@ impl Gpu {
     /// The environment variables of wgpu (`WGPU_BACKEND` and others) are honoured.
     ///
     /// # Errors
-    /// There is no adapter, with what to install, or it gave no device.
+    /// No adapter is found, with what to install, or it gave no device.
     pub fn find() -> Result<Self, GpuError> {
         pollster::block_on(Self::find_async())
     }

@@ -140,7 +140,7 @@ impl Renderer {
     /// triangles on the CPU.
     ///
     /// # Errors
-    /// There is no light, a light cannot be rendered, or the device has no room for so many; the renderer is then as it was.
+    /// No light is given, a light cannot be rendered, or the device has no room for so many; the renderer is then as it was.
     pub fn set_lights(&mut self, lights: &[AreaLight]) -> Result<(), GpuError> {
         check_scene(&Scene { lights: lights.to_vec(), camera: self.scene.camera, ..Scene::default() })?;
         let before = std::mem::replace(&mut self.scene.lights, lights.to_vec());

@@ -1,9 +1,9 @@
 //! 4D rasterization (Wang17): triangles and receivers are binned by where they are projected to through all of the light, by
 //! count, scan and fill, and each cell's receivers are answered by the triangles that lie over it.
 //!
-//! There is room for all triangles, and as many workgroups are dispatched as there are groups of receivers with runs of triangles
+//! Buffers have room for all triangles, and as many workgroups are dispatched as there are groups of receivers with runs of triangles
 //! over them, so that none takes long and nothing is left out: where that would be more than a dispatch takes, receivers count as lost.
-//! Those so near a light's plane that projections do not bound what hides them go to rays. Unlike on the CPU the framebuffer's bounds are those of all receivers, and slopes are
+//! Receivers so near a light's plane that projections do not bound what hides them go to rays. Unlike on the CPU the framebuffer's bounds are those of all receivers, and slopes are
 //! squeezed into -1 to 1, so that no outlier stretches it.
 
 use halflight_core::frame::LightSampling;

@@ -1,5 +1,5 @@
 //! Voxel marching (Nichols10), approximate as on the CPU: the same voxels, set by atomic OR once a frame, and the same rays.
-//! There are no coarser copies of the voxels: they change no answer.
+//! Coarser copies of the voxels are left out: they change no answer.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;

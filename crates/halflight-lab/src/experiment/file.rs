@@ -25,7 +25,7 @@ impl Experiment {
     /// Reads the bundled experiment of a name, or else the file at a path.
     ///
     /// # Errors
-    /// There is neither, the file cannot be read, or it does not parse.
+    /// Neither exists, the file cannot be read, or it does not parse.
     pub fn resolve(name: &str) -> Result<Self> {
         if let Some(text) = bundled::text(name) {
             return Self::parse(text, &format!("{name}.toml"));

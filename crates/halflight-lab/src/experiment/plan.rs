@@ -201,7 +201,7 @@ impl Row {
         }
         parts.push(word(self.config.shading));
         parts.extend(backend(&self.config).map(str::to_string));
-        // Those of `per-pixel` are its backend's.
+        // Masks of `per-pixel` are its backend's.
         parts.extend(parameters.filter(|_| per_pixel));
         let usual = LightSampling::default();
         if (sampling.kind, sampling.sharing) != (usual.kind, usual.sharing) {

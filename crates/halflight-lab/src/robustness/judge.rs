@@ -102,7 +102,7 @@ pub enum Verdict {
     Degraded(f64),
     /// The error is this many times the yardstick, and above [`FAILS`] or no better than without any shadow.
     Wrong(f64),
-    /// There is no sound picture.
+    /// No picture is sound.
     Broken(Fault),
 }
 

@@ -59,7 +59,7 @@ impl Plan {
     /// cases out.
     ///
     /// # Errors
-    /// There is no such case.
+    /// No case has the name.
     pub fn new(case: Option<&str>, quick: bool) -> Result<Self> {
         let all = cases::all();
         if let Some(name) = case
@@ -225,7 +225,7 @@ fn mends(method: &Method, passing: &[(Method, f64)]) -> Vec<Switch> {
 /// Refuses cells without a sound picture: NaN, infinite or negative values, panics, refusals.
 ///
 /// # Errors
-/// There are some; the first is named.
+/// Rows have faults; the first is named.
 pub fn check(rows: &[Row]) -> Result<()> {
     let cells = rows.iter().flat_map(|row| row.cells.iter().map(move |cell| (row, cell)));
     let broken: Vec<String> = cells

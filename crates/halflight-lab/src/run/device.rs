@@ -36,7 +36,7 @@ impl Device {
     /// Opens the device of a name.
     ///
     /// # Errors
-    /// There is no such device, or the program was built without it.
+    /// No such device exists, or the program was built without it.
     pub fn open(name: &str) -> Result<Self> {
         match name {
             "cpu" => Ok(Self::Cpu),

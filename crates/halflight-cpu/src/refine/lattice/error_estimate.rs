@@ -6,6 +6,7 @@ use halflight_core::gbuffer::GBuffer;
 use halflight_core::hash;
 use halflight_core::light::AreaLight;
 use halflight_core::mask::MaskBatch;
+use halflight_core::values::NO_VALUE;
 use rayon::prelude::*;
 
 use super::Lattice;
@@ -38,11 +39,11 @@ impl Lattice {
     /// Computes the visible fractions of all samples from `known` on.
     pub(super) fn evaluate_fractions(&mut self, view: &View, known: usize, fragments: &Fragments) {
         let (samples, light) = (&fragments.samples()[known..], view.frame.light(view.light));
-        self.fractions.resize(fragments.samples().len(), f32::NAN);
+        self.fractions.resize(fragments.samples().len(), NO_VALUE);
         self.fractions[known..].par_iter_mut().zip(samples).with_min_len(256).for_each(
             |(fraction, sample)| {
                 let batch = fragments.batch(sample.batch);
-                *fraction = irradiance::fraction(light, batch, sample.first as usize).unwrap_or(f32::NAN);
+                *fraction = irradiance::fraction(light, batch, sample.first as usize).unwrap_or(NO_VALUE);
             },
         );
     }
@@ -51,7 +52,7 @@ impl Lattice {
     /// `samples`.
     pub(super) fn evaluate_batch(&mut self, view: &View, batch: &MaskBatch, samples: &[u32]) {
         let light = view.frame.light(view.light);
-        let fraction = |query| irradiance::fraction(light, batch, query).unwrap_or(f32::NAN);
+        let fraction = |query| irradiance::fraction(light, batch, query).unwrap_or(NO_VALUE);
         let queries = (0..samples.len()).into_par_iter().with_min_len(256);
         queries.map(fraction).collect_into_vec(&mut self.renewed);
         for (&sample, &fraction) in samples.iter().zip(&self.renewed) {

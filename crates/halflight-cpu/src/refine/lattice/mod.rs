@@ -17,6 +17,7 @@ use halflight_core::pattern::Pattern;
 use halflight_core::pyramid::MAX_LEVEL;
 use halflight_core::stages::{RefineOutput, Refiner, Visibility};
 use halflight_core::stats::CertificateCounts;
+use halflight_core::values::NO_VALUE;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -423,7 +424,7 @@ impl Lattice {
     /// Visible fraction at a pixel; NaN where it is undefined or not traced.
     fn fraction(&self, pixel: usize) -> f32 {
         match self.corners[pixel] {
-            NONE => f32::NAN,
+            NONE => NO_VALUE,
             sample => self.fractions[sample as usize],
         }
     }
@@ -524,10 +525,11 @@ impl Refiner for Lattice {
             }
             fragments.push_cell(cell.level, cell.x, cell.y, &own[..count]);
         }
-        RefineOutput::default()
-            .with_expected_error(self.expected)
-            .with_fractions(&self.fractions)
-            .with_certified(self.certificate_counts)
+        RefineOutput {
+            expected_error: self.expected,
+            fractions: &self.fractions,
+            certified: self.certificate_counts,
+        }
     }
 
     fn patterns(&self, full: Pattern) -> Vec<Pattern> {

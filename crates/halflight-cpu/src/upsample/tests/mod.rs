@@ -288,7 +288,7 @@ fn samples_at_shared_corners_work() {
     let values = values_by(&fragments, ramp);
     for (name, mut upsampler) in all() {
         let out = upsample(&mut *upsampler, &gbuffer, &fragments, &values);
-        // Those of the papers may overshoot, but not by more than the values themselves.
+        // Upsamplers of the papers may overshoot, but not by more than the values themselves.
         assert_eq!(first_outside(&gbuffer, &out, 0.0, 2.0), None, "{name}");
         if matches!(name, "rbf-robust" | "delaunay" | "lattice") {
             assert_eq!(first_outside(&gbuffer, &out, ramp(0.5, 0.5), ramp(69.5, 44.5)), None, "{name}");
