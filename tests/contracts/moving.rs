@@ -66,10 +66,9 @@ fn a_moved_mesh_gives_the_image_of_a_new_pipeline() {
     let config = config(VisibilityConfig::Auto);
     let mut pipeline = config.builder(&stage.prepared).build().unwrap();
     pipeline.render().unwrap();
-    let mut prepared = stage.prepared.clone();
     let mut scene = stage.prepared.scene().clone();
     Arc::make_mut(&mut scene.mesh).positions.iter_mut().for_each(|p| p.x += 0.1 * p.y * p.y);
-    prepared.move_mesh(Arc::clone(&scene.mesh)).unwrap();
+    let prepared = stage.prepared.moved(scene.clone()).unwrap();
     pipeline.set_scene(&prepared, config.visibility.stage(prepared.bvh()).unwrap()).unwrap();
     same(&mut pipeline, scene, &config);
 }

@@ -30,13 +30,13 @@ fn a_bvh_over_another_mesh_is_refused() {
     let mut broken = moved.clone();
     Arc::make_mut(&mut broken.mesh).triangles[0][0] = 1000;
     assert!(matches!(together(&broken, &stage.bvh), Err(BvhError::Mesh(_))));
-    // A mesh that cannot be followed leaves scene and BVH as they were.
-    let mut prepared = stage.prepared.clone();
-    assert!(prepared.move_mesh(Arc::clone(&larger.scene.mesh)).is_err());
-    assert!(prepared.move_mesh(broken.mesh).is_err());
-    assert!(prepared.bvh().is_over(&prepared.scene().mesh) && prepared.bvh().is_over(&stage.scene.mesh));
-    prepared.move_mesh(moved.mesh).unwrap();
-    assert!(prepared.bvh().is_over(&prepared.scene().mesh) && !prepared.bvh().is_over(&stage.scene.mesh));
+    // A mesh with other triangles, or with none that exist, cannot be followed.
+    assert!(stage.prepared.moved((*larger.scene).clone()).is_err() && stage.prepared.moved(broken).is_err());
+    let followed = stage.prepared.moved(moved.clone()).unwrap();
+    assert!(followed.bvh().is_over(&moved.mesh) && !followed.bvh().is_over(&stage.scene.mesh));
+    // Lights and cameras that move share the BVH.
+    let lit = stage.prepared.moved(Scene { lights: Vec::new(), ..(*stage.scene).clone() }).unwrap();
+    assert!(Arc::ptr_eq(lit.bvh(), stage.prepared.bvh()));
 }
 
 #[test]

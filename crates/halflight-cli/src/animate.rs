@@ -5,7 +5,6 @@ use std::fs::OpenOptions;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::slice;
-use std::sync::Arc;
 use std::time::Instant;
 
 use halflight_cpu::pipeline::Pipeline;
@@ -65,15 +64,8 @@ fn render(
     let start = Instant::now();
     let time_s = f64::from(frame) / output.args.fps;
     output.check(Some(Moment::numbered(frame)))?;
-    let scene = Arc::new(animation.at(&still.scene, time_s as f32));
-    let mut prepared = still.prepared.clone();
-    if animation.moves_triangles() {
-        prepared.move_mesh(Arc::clone(&scene.mesh))?;
-    }
-    prepared.set_lights(scene.lights.clone());
-    prepared.set_camera(scene.camera);
-    let bvh = Arc::clone(prepared.bvh());
-    pipeline.set_scene(&prepared, output.config.visibility.stage(&bvh)?)?;
+    let scene = still.prepared.moved(animation.at(still.prepared.scene(), time_s as f32))?;
+    pipeline.set_scene(&scene, output.config.visibility.stage(scene.bvh())?)?;
     let moment = Moment { frame, time_s, move_ms: start.elapsed().as_secs_f64() * 1e3 };
     // All frames have equal light samples.
     pipeline.set_frame_index(0);
@@ -82,5 +74,5 @@ fn render(
         "frame {frame}, {time_s:.3} s: {:.1} ms, {} fragments, {} rays; moved in {:.1} ms",
         stats.total_ms, stats.fragments.total, stats.rays.total, moment.move_ms
     ));
-    output.write(&Frame::of(pipeline), &scene, &bvh, Some(moment))
+    output.write(&Frame::of(pipeline), &scene, Some(moment))
 }

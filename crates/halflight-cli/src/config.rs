@@ -72,10 +72,10 @@ fn options(choices: &Choices) -> Value {
     put("shading", if lattice { Some(json!("ratio")) } else { text(&choices.shading) });
     put("seed", choices.seed.map(|seed| json!(seed)));
     // Some backends need samples in rows.
+    let usual = LightSampling::default();
     let backend = choices.visibility.as_deref().and_then(VisibilityConfig::named);
-    let rows =
-        backend.is_some_and(|backend| backend.fit(LightSampling::default()) != LightSampling::default());
-    let rows = rows.then(|| json!(backend.unwrap_or_default().fit(LightSampling::default()).kind));
+    let rows = backend.map(|backend| backend.fit(usual).kind).filter(|&kind| kind != usual.kind);
+    let rows = rows.map(|kind| json!(kind));
     let sampling = [
         ("count", choices.samples.map(|samples| json!(samples))),
         ("kind", text(&choices.pattern).or(rows)),

@@ -11,7 +11,8 @@ use crate::args::{Cli, SceneArg};
 use crate::scene::{self, Ready};
 
 pub(crate) fn run(args: &SceneArg) -> Outcome {
-    let Ready { scene, bvh, animation, report, .. } = scene::load(&args.scene)?;
+    let Ready { prepared, animation, report } = scene::load(&args.scene)?;
+    let (scene, bvh) = (prepared.scene(), prepared.bvh());
     let mut out = String::new();
     writeln!(out, "triangles  {} ({} vertices)", scene.mesh.triangle_count(), scene.mesh.positions.len())?;
     for mesh in &report.meshes {

@@ -41,7 +41,7 @@ pub(crate) fn run(mut args: Render) -> Outcome {
         return Err("--frames and --voxel-error-map are for the CPU: leave out --device".into());
     }
     let ready = scene::load(name)?;
-    output.build_ms = ready.bvh.build_time().as_secs_f64() * 1e3;
+    output.build_ms = ready.prepared.bvh().build_time().as_secs_f64() * 1e3;
     output.inputs.extend(ready.files(name));
     output.check(first)?;
     #[cfg(feature = "gpu")]

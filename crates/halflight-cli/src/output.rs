@@ -1,15 +1,13 @@
 //! Files of a rendered frame: image, picture, maps and statistics.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use halflight_core::fragment::Fragments;
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::glam::Vec3;
-use halflight_core::scene::Scene;
-use halflight_cpu::bvh::Bvh;
 use halflight_cpu::config::PipelineConfig;
 use halflight_cpu::pipeline::{Image, Pipeline};
+use halflight_cpu::prepared::PreparedScene;
 use halflight_cpu::voxel::VoxelConfig;
 use halflight_image::{ExrFile, RGB, picture};
 use halflight_lab::program::say;
@@ -67,14 +65,13 @@ impl Output<'_> {
     pub(crate) fn write(
         &self,
         frame: &Frame,
-        scene: &Scene,
-        bvh: &Arc<Bvh>,
+        scene: &PreparedScene,
         moment: Option<Moment>,
     ) -> Result<Vec<PathBuf>, Box<dyn std::error::Error>> {
         let (args, config) = (self.args, &self.config);
         let Frame { image, gbuffer, fragments } = *frame;
         let file = |path: &PathBuf| file(path, moment);
-        if let Some(reason) = unlit(scene, gbuffer, &image.irradiance) {
+        if let Some(reason) = unlit(scene.scene(), gbuffer, &image.irradiance) {
             say(&format!("warning: {reason}"));
         }
         let mut written = Vec::new();
@@ -98,7 +95,7 @@ impl Output<'_> {
         }
         let mut voxel_failures = None;
         if let (Some(path), Some(voxels)) = (args.voxel_error_map.as_ref().map(file), self.voxels) {
-            let found = failures(scene, bvh, gbuffer, voxels, config.sampling, config.seed)?;
+            let found = failures(scene, gbuffer, voxels, config.sampling, config.seed)?;
             let failures = VoxelFailures::new(&found);
             say(&failures.line());
             write_png(&path, width, height, &found.image)?;

@@ -13,7 +13,7 @@ use serde_json::json;
 use crate::Outcome;
 use crate::args::Reference;
 use crate::paths;
-use crate::scene::{self, Ready};
+use crate::scene;
 
 pub(crate) fn run(args: &Reference) -> Outcome {
     let name = &args.scene.scene;
@@ -21,7 +21,7 @@ pub(crate) fn run(args: &Reference) -> Outcome {
     paths::check(&output, scene::file(name).as_slice())?;
     let ready = scene::load(name)?;
     paths::check(&output, &ready.files(name))?;
-    let Ready { scene, bvh, .. } = ready;
+    let scene = &ready.prepared;
     let (width, height) = args.size;
     let config = ReferenceConfig { width, height, samples: args.samples, seed: args.seed };
     // Nothing is left beside a pipe or a device.
@@ -32,7 +32,7 @@ pub(crate) fn run(args: &Reference) -> Outcome {
         ProgressStyle::with_template("{bar:40} {pos}/{len} samples a pixel, {elapsed} of about {duration}")?;
     let bar = ProgressBar::new(0).with_style(style);
     let mut start = None;
-    let result = reference(&scene, &bvh, &config, Some(cache), &mut |done, total| {
+    let result = reference(scene, &config, Some(cache), &mut |done, total| {
         if start.is_none() {
             start = Some(done);
             bar.set_length(total.into());
@@ -44,7 +44,7 @@ pub(crate) fn run(args: &Reference) -> Outcome {
     bar.finish_and_clear();
     let result = result?;
 
-    let seen = seen(&scene, &bvh, [width, height]);
+    let seen = seen(scene, [width, height]);
     let metadata = json!({
         "program": crate::PROGRAM,
         "commit": crate::COMMIT,
@@ -61,7 +61,7 @@ pub(crate) fn run(args: &Reference) -> Outcome {
     file.add_light(&result.irradiance, &seen.albedo);
     file.add_geometry(&seen);
     file.write(&args.out)?;
-    if let Some(reason) = unlit(&scene, &seen, &result.irradiance) {
+    if let Some(reason) = unlit(scene.scene(), &seen, &result.irradiance) {
         say(&format!("warning: {reason}"));
     }
     say(&format!(

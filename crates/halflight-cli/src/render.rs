@@ -24,7 +24,7 @@ pub(crate) fn on_cpu(output: &Output, ready: &Ready, pipeline: &mut Pipeline) ->
 #[cfg(feature = "gpu")]
 pub(crate) fn on_gpu(output: &Output, ready: &Ready) -> Outcome {
     let gpu = Gpu::find()?;
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, &ready.scene, &output.config)?;
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, ready.prepared.scene(), &output.config)?;
     let stats = gpu.render(&mut renderer, &Inputs::default())?;
     if stats.lost > 0 {
         return Err(format!("{} queries did not fit into the device's buffers", stats.lost).into());
@@ -38,6 +38,6 @@ pub(crate) fn on_gpu(output: &Output, ready: &Ready) -> Outcome {
 /// Says what was rendered, writes it, and says where to.
 fn finish(output: &Output, ready: &Ready, name: &str, frame: &Frame) -> Outcome {
     say(&summary(name, &output.config, &frame.image.stats, output.build_ms));
-    paths::say_written(&output.write(frame, &ready.scene, &ready.bvh, None)?);
+    paths::say_written(&output.write(frame, &ready.prepared, None)?);
     Ok(())
 }

@@ -1,10 +1,7 @@
 //! Scenes by name or path, ready to render.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use halflight_core::scene::Scene;
-use halflight_cpu::bvh::Bvh;
 use halflight_cpu::flush;
 use halflight_cpu::prepared::PreparedScene;
 use halflight_lab::program::say;
@@ -12,8 +9,6 @@ use halflight_scene::{Animation, LoadReport};
 
 /// Scene with its BVH.
 pub(crate) struct Ready {
-    pub(crate) scene: Arc<Scene>,
-    pub(crate) bvh: Arc<Bvh>,
     pub(crate) prepared: PreparedScene,
     pub(crate) animation: Option<Animation>,
     pub(crate) report: LoadReport,
@@ -25,18 +20,12 @@ pub(crate) fn load(name_or_path: &str) -> Result<Ready, Box<dyn std::error::Erro
     for warning in &loaded.report.warnings {
         say(&format!("warning: {warning}"));
     }
-    let prepared = PreparedScene::new(loaded.scene.clone())?;
+    let halflight_scene::Loaded { scene, animation, report } = loaded;
+    let prepared = PreparedScene::new(scene)?;
     for flush in flush::separate_lights(prepared.scene(), Some(prepared.bvh())).1 {
         say(&format!("warning: {flush}"));
     }
-    let halflight_scene::Loaded { animation, report, .. } = loaded;
-    Ok(Ready {
-        scene: Arc::new(prepared.scene().clone()),
-        bvh: Arc::clone(prepared.bvh()),
-        prepared,
-        animation,
-        report,
-    })
+    Ok(Ready { prepared, animation, report })
 }
 
 /// Returns a scene's name for files: a bundled name, or the scene file's without its ending.

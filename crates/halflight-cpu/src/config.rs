@@ -1,12 +1,14 @@
 //! Every choice of a pipeline as data: what the program's options, experiment files and stored images name.
 
+use std::fmt;
 use std::sync::Arc;
 
 use halflight_core::frame::LightSampling;
 use halflight_core::pattern::PatternKind;
 use halflight_core::stages::{Refiner, Upsampler, Visibility};
-use serde::de::{DeserializeOwned, Error as _};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{DeserializeOwned, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::beam::Beam;
 use crate::bvh::Bvh;
@@ -31,7 +33,7 @@ macro_rules! stages {
     ($(#[$about:meta])* $kind:ident, $title:literal, $($(#[$doc:meta])* $variant:ident $(($constants:ty))? = $name:literal $(| $old:literal)*,)+) => {
         $(#[$about])*
         #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-        #[serde(tag = "name", rename_all = "kebab-case")]
+        #[serde(tag = "name", rename_all = "kebab-case", remote = "Self")]
         #[non_exhaustive]
         pub enum $kind {
             $($(#[$doc])* #[serde(rename = $name $(, alias = $old)*)] $variant $(($constants))?,)+
@@ -53,6 +55,37 @@ macro_rules! stages {
                 match self {
                     $(Self::$variant { .. } => $name,)+
                 }
+            }
+        }
+
+        impl Serialize for $kind {
+            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                $kind::serialize(self, serializer)
+            }
+        }
+
+        /// Reads a stage from its name alone, for its default constants, or from a table with name and constants.
+        impl<'de> Deserialize<'de> for $kind {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                struct NameOrTable;
+
+                impl<'de> Visitor<'de> for NameOrTable {
+                    type Value = $kind;
+
+                    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                        write!(f, "the name of a {}, or a table with its name and constants", $title)
+                    }
+
+                    fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<$kind, E> {
+                        $kind::named(name).ok_or_else(|| E::unknown_variant(name, $kind::NAMES))
+                    }
+
+                    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<$kind, A::Error> {
+                        $kind::deserialize(MapAccessDeserializer::new(map))
+                    }
+                }
+
+                deserializer.deserialize_any(NameOrTable)
             }
         }
     };
@@ -146,7 +179,6 @@ pub struct PipelineConfig {
     /// Visibility backend.
     pub visibility: VisibilityConfig,
     /// Upsampler.
-    #[serde(deserialize_with = "name_or_table")]
     pub upsampler: UpsamplerConfig,
     /// Quantity that is interpolated.
     pub shading: Shading,
@@ -252,28 +284,6 @@ impl UpsamplerConfig {
                 Box::new(upsample::Lattice::new(upsample::LatticeConfig { discontinuity, rest }))
             }
         }
-    }
-}
-
-/// Reads an upsampler from its name alone, for its default constants, or from a table with name and constants.
-///
-/// # Errors
-/// An unknown name or constant, or a value of the wrong type.
-pub fn name_or_table<'de, D: Deserializer<'de>>(deserializer: D) -> Result<UpsamplerConfig, D::Error> {
-    #[derive(Deserialize)]
-    #[serde(untagged)]
-    enum NameOrTable {
-        Name(String),
-        Table(UpsamplerConfig),
-    }
-    match NameOrTable::deserialize(deserializer)? {
-        NameOrTable::Table(upsampler) => Ok(upsampler),
-        NameOrTable::Name(name) => UpsamplerConfig::named(&name).ok_or_else(|| {
-            D::Error::custom(format!(
-                "unknown upsampler `{name}`, expected one of {}",
-                UpsamplerConfig::NAMES.join(", ")
-            ))
-        }),
     }
 }
 

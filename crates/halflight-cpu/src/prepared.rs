@@ -2,9 +2,7 @@
 
 use std::sync::Arc;
 
-use halflight_core::camera::Camera;
-use halflight_core::light::AreaLight;
-use halflight_core::scene::{Mesh, Scene};
+use halflight_core::scene::Scene;
 
 use crate::bvh::{Bvh, BvhError};
 
@@ -46,24 +44,18 @@ impl PreparedScene {
         &self.bvh
     }
 
-    /// Replaces the lights.
-    pub fn set_lights(&mut self, lights: Vec<AreaLight>) {
-        self.scene.lights = lights;
-    }
-
-    /// Replaces the camera.
-    pub fn set_camera(&mut self, camera: Camera) {
-        self.scene.camera = camera;
-    }
-
-    /// Replaces the mesh by one with the same triangles, whose vertices have moved. The BVH is refitted, or built anew
-    /// where triangles have moved far against each other ([`Bvh::follow`]).
+    /// Returns another state of the scene: other lights, another camera, or the same triangles with vertices that have moved. A
+    /// mesh that is shared with the scene keeps its BVH; over one that has moved the BVH is refitted, or built anew where
+    /// triangles have moved far against each other ([`Bvh::follow`]).
     ///
     /// # Errors
-    /// The mesh does not validate or has another number of triangles; nothing has changed then.
-    pub fn move_mesh(&mut self, mesh: Arc<Mesh>) -> Result<(), BvhError> {
-        self.bvh = Arc::new(self.bvh.follow(&mesh)?);
-        self.scene.mesh = mesh;
-        Ok(())
+    /// The mesh does not validate or has another number of triangles.
+    pub fn moved(&self, scene: Scene) -> Result<Self, BvhError> {
+        let bvh = if Arc::ptr_eq(&scene.mesh, &self.scene.mesh) {
+            Arc::clone(&self.bvh)
+        } else {
+            Arc::new(self.bvh.follow(&scene.mesh)?)
+        };
+        Ok(Self { scene, bvh })
     }
 }

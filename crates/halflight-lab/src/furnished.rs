@@ -5,12 +5,10 @@
 
 use std::f64::consts::TAU;
 use std::path::Path;
-use std::sync::Arc;
 
 use anyhow::{Context as _, Result};
 use glam::Vec3;
 use halflight_core::scene::Scene;
-use halflight_cpu::bvh::Bvh;
 use halflight_cpu::config::{PipelineConfig, RefinerConfig};
 use halflight_cpu::prepared::PreparedScene;
 use halflight_cpu::refine::LatticeConfig;
@@ -181,16 +179,16 @@ pub fn run(plan: &Plan, cache: &Path, out: &Path, progress: &Progress) -> Result
     fs_err::create_dir_all(out)?;
     let mut rows = Vec::with_capacity(plan.rows());
     for case in &plan.cases {
-        let scene = Arc::new(case.load()?);
+        let scene = case.load()?;
         if let Some(text) = &case.text {
             write_file(&out.join(format!("{}.toml", case.name)), text.as_bytes())?;
         }
-        let bvh = Arc::new(Bvh::build(&scene.mesh).with_context(|| format!("scene {}", case.name))?);
+        let scene = PreparedScene::new(scene).with_context(|| format!("scene {}", case.name))?;
         for &[width, height] in &plan.sizes {
             progress.now(format!("{} {width}x{height}", case.name));
             let config =
                 ReferenceConfig { width, height, samples: plan.samples, ..ReferenceConfig::default() };
-            let truth = reference(&scene, &bvh, &config, Some(cache), &mut |_, _| {})?;
+            let truth = reference(&scene, &config, Some(cache), &mut |_, _| {})?;
             let refiner = LatticeConfig { target: plan.target, ..LatticeConfig::default() };
             let config = PipelineConfig {
                 width,
@@ -199,16 +197,14 @@ pub fn run(plan: &Plan, cache: &Path, out: &Path, progress: &Progress) -> Result
                 ..PipelineConfig::default()
             };
             let named = || format!("row {}", case.name);
-            let prepared =
-                PreparedScene::with_bvh(Scene::clone(&scene), Arc::clone(&bvh)).with_context(named)?;
-            let mut pipeline = config.builder(&prepared).build().with_context(named)?;
+            let mut pipeline = config.builder(&scene).build().with_context(named)?;
             let frame = pipeline.render().with_context(named)?.clone();
             let mask = receivers(pipeline.gbuffer());
             let view = |pixels| Image::new(width, height, pixels)?.with_mask(&mask);
             let (image, right) = (view(&frame.irradiance)?, view(&truth.irradiance)?);
             let row = Row {
                 scene: case.name.clone(),
-                triangles: scene.mesh.triangle_count(),
+                triangles: scene.bvh().triangle_count(),
                 size: [width, height],
                 target: plan.target,
                 nmse2: nmse2(image, right).with_context(named)?,

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::scene::Scene;
-use halflight_cpu::bvh::Bvh;
 use halflight_cpu::gbuffer;
+use halflight_cpu::prepared::PreparedScene;
 use halflight_cpu::unshadowed::unshadowed;
 use halflight_lab::reference::{PASS, Reference, ReferenceConfig, ReferenceError, reference};
 
@@ -22,10 +22,8 @@ fn folder(test: &str) -> PathBuf {
     folder
 }
 
-fn scene(name: &str) -> (Arc<Scene>, Arc<Bvh>) {
-    let scene = halflight_scene::load_bundled(name).unwrap().scene;
-    let bvh = Bvh::build(&scene.mesh).unwrap();
-    (Arc::new(scene), Arc::new(bvh))
+fn scene(name: &str) -> PreparedScene {
+    PreparedScene::new(halflight_scene::load_bundled(name).unwrap().scene).unwrap()
 }
 
 fn config(samples: u32) -> ReferenceConfig {
@@ -33,20 +31,20 @@ fn config(samples: u32) -> ReferenceConfig {
 }
 
 fn uncached(name: &str, samples: u32) -> Reference {
-    let (scene, bvh) = scene(name);
-    reference(&scene, &bvh, &config(samples), None, &mut |_, _| {}).unwrap()
+    let scene = scene(name);
+    reference(&scene, &config(samples), None, &mut |_, _| {}).unwrap()
 }
 
 #[test]
 fn open_floor_is_the_analytic_irradiance_without_noise() {
-    let (scene, bvh) = scene("open-floor");
-    let found = reference(&scene, &bvh, &config(1), None, &mut |_, _| {}).unwrap();
+    let scene = scene("open-floor");
+    let found = reference(&scene, &config(1), None, &mut |_, _| {}).unwrap();
     let mut seen = GBuffer::default();
-    gbuffer::trace(&bvh, &scene, SIZE.0, SIZE.1, &mut seen);
+    gbuffer::trace(scene.bvh(), scene.scene(), SIZE.0, SIZE.1, &mut seen);
     let expected: Vec<Vec3> = (0..seen.pixels())
         .map(|pixel| {
             let Some(receiver) = seen.receiver(pixel) else { return Vec3::ZERO };
-            let lights = scene.lights.iter();
+            let lights = scene.scene().lights.iter();
             lights.map(|light| light.radiance * unshadowed(light, receiver.origin, receiver.normal)).sum()
         })
         .collect();
@@ -57,17 +55,17 @@ fn open_floor_is_the_analytic_irradiance_without_noise() {
 
 #[test]
 fn a_stopped_reference_goes_on_bit_for_bit() {
-    let (scene, bvh) = scene("contact");
+    let scene = scene("contact");
     let folder = folder("stopped");
     // Stopped the hard way, after six of eight passes; the state was last saved after four.
     let stopped = std::panic::catch_unwind(|| {
-        reference(&scene, &bvh, &config(8 * PASS), Some(&folder), &mut |done, _| {
+        reference(&scene, &config(8 * PASS), Some(&folder), &mut |done, _| {
             assert!(done < 6 * PASS, "stopped on purpose");
         })
     });
     assert!(stopped.is_err());
     let mut calls = Vec::new();
-    let whole = reference(&scene, &bvh, &config(8 * PASS), Some(&folder), &mut |done, total| {
+    let whole = reference(&scene, &config(8 * PASS), Some(&folder), &mut |done, total| {
         calls.push((done / PASS, total / PASS));
     });
     assert_eq!(calls, [(4, 8), (5, 8), (6, 8), (7, 8), (8, 8)]);
@@ -76,11 +74,11 @@ fn a_stopped_reference_goes_on_bit_for_bit() {
 
 #[test]
 fn more_samples_continue_and_fewer_are_answered_from_the_cache() {
-    let (scene, bvh) = scene("contact");
+    let scene = scene("contact");
     let folder = folder("continued");
     let start = |samples| {
         let mut first = None;
-        let found = reference(&scene, &bvh, &config(samples), Some(&folder), &mut |done, _| {
+        let found = reference(&scene, &config(samples), Some(&folder), &mut |done, _| {
             first.get_or_insert(done);
         });
         (first.unwrap() / PASS, found.unwrap())
@@ -102,9 +100,9 @@ fn noise_falls_with_samples_and_is_what_another_seed_shows() {
     let ratio = few.noise_nmse2 / many.noise_nmse2;
     assert!((2.5..6.5).contains(&ratio), "{ratio}");
     // The estimate is true: two references of different seeds differ by twice the noise of one.
-    let (scene, bvh) = scene("contact");
+    let scene = scene("contact");
     let other = ReferenceConfig { seed: 7, ..config(2 * PASS) };
-    let other = reference(&scene, &bvh, &other, None, &mut |_, _| {}).unwrap();
+    let other = reference(&scene, &other, None, &mut |_, _| {}).unwrap();
     let squares = |a: &[Vec3], b: &[Vec3]| -> f64 {
         a.iter().zip(b).map(|(a, b)| f64::from((*a - *b).length_squared())).sum()
     };
@@ -117,17 +115,18 @@ fn noise_falls_with_samples_and_is_what_another_seed_shows() {
 
 #[test]
 fn several_lights_add_up() {
-    let (one, bvh) = scene("contact");
-    let mut both = Scene::clone(&one);
+    let one = scene("contact");
+    let mut both = one.scene().clone();
     let light = both.lights[0];
     both.lights.push(light.moved(Vec3::new(1.0, 0.0, 0.5)));
     let mut second = both.clone();
     second.lights.remove(0);
-    let mean = |scene: &Arc<Scene>| {
-        let found = reference(scene, &bvh, &config(4 * PASS), None, &mut |_, _| {}).unwrap();
+    let mean = |scene: &Scene| {
+        let scene = one.moved(scene.clone()).unwrap();
+        let found = reference(&scene, &config(4 * PASS), None, &mut |_, _| {}).unwrap();
         found.irradiance.iter().map(|value| value.as_dvec3()).sum::<glam::DVec3>().x
     };
-    let (sum, whole) = (mean(&one) + mean(&Arc::new(second)), mean(&Arc::new(both)));
+    let (sum, whole) = (mean(one.scene()) + mean(&second), mean(&both));
     // The second light has other random samples when it comes second: its noise, averaged over all pixels, is left.
     assert!((sum / whole - 1.0).abs() < 1e-4, "{sum} {whole}");
 }
@@ -135,37 +134,36 @@ fn several_lights_add_up() {
 #[test]
 fn another_scene_size_or_seed_has_a_state_of_its_own() {
     let folder = folder("keys");
-    let run = |scene: &Arc<Scene>, bvh: &Arc<Bvh>, config: &ReferenceConfig| {
+    let contact = scene("contact");
+    let run = |scene: &Scene, config: &ReferenceConfig| {
         let mut first = None;
-        reference(scene, bvh, config, Some(&folder), &mut |done, _| {
+        reference(&contact.moved(scene.clone()).unwrap(), config, Some(&folder), &mut |done, _| {
             first.get_or_insert(done);
         })
         .unwrap();
         assert_eq!(first, Some(0), "a state was taken over from another image");
     };
-    let (contact, bvh) = scene("contact");
     let base = config(1);
-    run(&contact, &bvh, &base);
-    run(&contact, &bvh, &ReferenceConfig { width: 47, ..base });
-    run(&contact, &bvh, &ReferenceConfig { seed: 1, ..base });
-    let mut moved = Scene::clone(&contact);
+    run(contact.scene(), &base);
+    run(contact.scene(), &ReferenceConfig { width: 47, ..base });
+    run(contact.scene(), &ReferenceConfig { seed: 1, ..base });
+    let mut moved = contact.scene().clone();
     moved.camera.eye.x += 1e-3;
-    run(&Arc::new(moved), &bvh, &base);
-    let mut brighter = Scene::clone(&contact);
+    run(&moved, &base);
+    let mut brighter = contact.scene().clone();
     brighter.lights[0].radiance.z *= 2.0;
-    run(&Arc::new(brighter), &bvh, &base);
-    let mut other = Scene::clone(&contact);
+    run(&brighter, &base);
+    let mut other = contact.scene().clone();
     Arc::make_mut(&mut other.mesh).positions[0].y += 1e-3;
-    let other_bvh = Arc::new(Bvh::build(&other.mesh).unwrap());
-    run(&Arc::new(other), &other_bvh, &base);
+    run(&other, &base);
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 6);
 }
 
 #[test]
 fn a_damaged_state_is_refused_by_name() {
-    let (scene, bvh) = scene("contact");
+    let scene = scene("contact");
     let folder = folder("damaged");
-    let run = || reference(&scene, &bvh, &config(1), Some(&folder), &mut |_, _| {});
+    let run = || reference(&scene, &config(1), Some(&folder), &mut |_, _| {});
     run().unwrap();
     let path = fs::read_dir(&folder).unwrap().next().unwrap().unwrap().path();
     let bytes = fs::read(&path).unwrap();
@@ -182,8 +180,8 @@ fn a_damaged_state_is_refused_by_name() {
 
 #[test]
 fn what_cannot_be_rendered_is_refused() {
-    let (scene, bvh) = scene("contact");
-    let fault = |config| reference(&scene, &bvh, &config, None, &mut |_, _| {}).unwrap_err();
+    let scene = scene("contact");
+    let fault = |config| reference(&scene, &config, None, &mut |_, _| {}).unwrap_err();
     assert!(matches!(fault(config(0)), ReferenceError::Samples(0)));
     assert!(matches!(fault(ReferenceConfig { width: 0, ..config(1) }), ReferenceError::Pipeline(_)));
     let large = ReferenceConfig { width: 32_768, height: 32_768, ..config(1) };
@@ -194,11 +192,11 @@ fn what_cannot_be_rendered_is_refused() {
 
 #[test]
 fn an_image_that_no_light_reaches_is_black_and_has_no_noise() {
-    let (scene, bvh) = scene("contact");
+    let scene = scene("contact");
     let black = |change: &dyn Fn(&mut Scene)| {
-        let mut changed = Scene::clone(&scene);
+        let mut changed = scene.scene().clone();
         change(&mut changed);
-        let found = reference(&Arc::new(changed), &bvh, &config(1), None, &mut |_, _| {}).unwrap();
+        let found = reference(&scene.moved(changed).unwrap(), &config(1), None, &mut |_, _| {}).unwrap();
         assert!(found.irradiance.iter().all(|&value| value == Vec3::ZERO));
         assert_eq!((found.noise_nmse2, found.noise_flicker), (0.0, 0.0));
     };
@@ -209,28 +207,26 @@ fn an_image_that_no_light_reaches_is_black_and_has_no_noise() {
 #[test]
 fn light_that_only_one_half_has_met_is_all_noise() {
     // A lid under the light with a gap so narrow that few light samples are seen through it.
-    let (scene, _) = scene("contact");
-    let mut lid = Scene::clone(&scene);
+    let scene = scene("contact");
+    let mut lid = scene.scene().clone();
     let (low, high) = lid.mesh.bounds().unwrap();
     let corner = lid.lights[0].corners()[0];
     let (y, gap) = (corner.y - 0.01, corner.x + 0.5);
     for (from, to) in [(low.x * 9.0, gap), (gap + 1e-3, high.x * 9.0)] {
         let start = lid.mesh.positions.len() as u32;
         let corners = [(from, low.z * 9.0), (from, high.z * 9.0), (to, high.z * 9.0), (to, low.z * 9.0)];
-        Arc::make_mut(&mut lid.mesh).positions.extend(corners.map(|(x, z)| Vec3::new(x, y, z)));
-        Arc::make_mut(&mut lid.mesh).normals.extend([Vec3::Y; 4]);
-        Arc::make_mut(&mut lid.mesh).uvs.extend([glam::Vec2::ZERO; 4]);
-        Arc::make_mut(&mut lid.mesh)
-            .triangles
-            .extend([[start, start + 1, start + 2], [start, start + 2, start + 3]]);
-        Arc::make_mut(&mut lid.mesh).material_ids.extend([0; 2]);
+        let mesh = Arc::make_mut(&mut lid.mesh);
+        mesh.positions.extend(corners.map(|(x, z)| Vec3::new(x, y, z)));
+        mesh.normals.extend([Vec3::Y; 4]);
+        mesh.uvs.extend([glam::Vec2::ZERO; 4]);
+        mesh.triangles.extend([[start, start + 1, start + 2], [start, start + 2, start + 3]]);
+        mesh.material_ids.extend([0; 2]);
     }
-    let bvh = Arc::new(Bvh::build(&lid.mesh).unwrap());
-    let lid = Arc::new(lid);
+    let lid = PreparedScene::new(lid).unwrap();
     let mut one_sided = 0;
     for seed in 0..40 {
         let config = ReferenceConfig { width: 2, height: 2, seed, ..config(1) };
-        let found = reference(&lid, &bvh, &config, None, &mut |_, _| {}).unwrap();
+        let found = reference(&lid, &config, None, &mut |_, _| {}).unwrap();
         let lit = found.irradiance.iter().any(|&value| value != Vec3::ZERO);
         assert!(found.noise_nmse2.is_finite() && lit == (found.noise_nmse2 > 0.0), "{seed}: {found:?}");
         // The mean of light and no light is off by itself: an NMSE₂ of 1, but for the weights of the samples.

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use anyhow::{Error, Result};
 use clap::Parser;
 use halflight_cpu::bvh::Bvh;
+use halflight_cpu::prepared::PreparedScene;
 use halflight_lab::exactness::certificates::{self, Outcome};
 use halflight_lab::exactness::primary::{self, PrimaryAgreement};
 use halflight_lab::exactness::{self, Record, SCENES, Settings};
@@ -134,7 +135,7 @@ fn primary_hits(arguments: &Arguments) -> Result<Vec<(String, usize, PrimaryAgre
     let side = u32::from(arguments.primary);
     let one = |name: String| {
         let scene = halflight_scene::resolve(&name)?.scene;
-        let seen = seen(&scene, &Bvh::build(&scene.mesh)?, [side, side]);
+        let seen = seen(&PreparedScene::new(scene.clone())?, [side, side]);
         Ok((name, scene.mesh.triangle_count(), primary::check(&scene, &seen)))
     };
     names(arguments).into_iter().map(one).collect()

@@ -2,7 +2,7 @@
 
 use halflight_core::frame::Sharing;
 use halflight_core::pattern::PatternKind;
-use halflight_cpu::config::{Named as _, UpsamplerConfig, VisibilityConfig, name_or_table};
+use halflight_cpu::config::{Named as _, UpsamplerConfig, VisibilityConfig};
 use halflight_cpu::irradiance::Shading;
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -123,7 +123,6 @@ pub struct Grid {
     #[serde(default = "visibility")]
     pub visibilities: Vec<toml::Table>,
     /// Upsamplers: names, or tables with `name` and constants.
-    #[serde(deserialize_with = "names_or_tables")]
     pub upsamplers: Vec<UpsamplerConfig>,
     /// Quantities that are interpolated.
     pub shadings: Vec<Shading>,
@@ -204,12 +203,4 @@ impl Experiment {
     pub fn repetitions_of(&self, scene: usize) -> u32 {
         self.scenes.get(scene).and_then(|choice| choice.repetitions).unwrap_or(self.repetitions)
     }
-}
-
-/// Reads upsamplers, each by its name or from a table.
-fn names_or_tables<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<UpsamplerConfig>, D::Error> {
-    #[derive(Deserialize)]
-    struct Choice(#[serde(deserialize_with = "name_or_table")] UpsamplerConfig);
-    let choices = Vec::<Choice>::deserialize(deserializer)?;
-    Ok(choices.into_iter().map(|Choice(upsampler)| upsampler).collect())
 }

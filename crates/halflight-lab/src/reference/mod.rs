@@ -141,8 +141,7 @@ pub enum ReferenceError {
 /// # Errors
 /// The scene or size cannot be rendered, memory does not suffice, or the state cannot be read or saved.
 pub fn reference(
-    scene: &Arc<Scene>,
-    bvh: &Arc<Bvh>,
+    prepared: &PreparedScene,
     config: &ReferenceConfig,
     cache_dir: Option<&Path>,
     progress: &mut dyn FnMut(u32, u32),
@@ -152,12 +151,11 @@ pub fn reference(
         return Err(ReferenceError::Samples(samples));
     }
     // Whatever a pipeline would refuse, a reference refuses as well.
-    let prepared =
-        PreparedScene::with_bvh(Scene::clone(scene), Arc::clone(bvh)).map_err(PipelineError::from)?;
-    every_pixel(width, height).builder(&prepared).build()?;
+    every_pixel(width, height).builder(prepared).build()?;
+    let (scene, bvh) = (prepared.scene(), prepared.bvh());
     let what = format!("a reference of {width}x{height} pixels under {} lights", scene.lights.len());
     memory::check(what, config.bytes_needed(scene.lights.len()))?;
-    let seen = seen(scene, bvh, [width, height]);
+    let seen = seen(prepared, [width, height]);
     let (lights, _) = flush::separate_lights(scene, Some(bvh));
     let scene = &Scene { lights, ..Scene::clone(scene) };
 
@@ -296,9 +294,9 @@ fn finish(scene: &Scene, seen: &GBuffer, state: &State) -> Result<Reference, Ref
 }
 
 /// Returns the G-buffer of a scene's camera at a size.
-pub fn seen(scene: &Scene, bvh: &Bvh, [width, height]: [u32; 2]) -> GBuffer {
+pub fn seen(scene: &PreparedScene, [width, height]: [u32; 2]) -> GBuffer {
     let mut seen = GBuffer::default();
-    gbuffer::trace(bvh, scene, width, height, &mut seen);
+    gbuffer::trace(scene.bvh(), scene.scene(), width, height, &mut seen);
     seen
 }
 

@@ -47,7 +47,7 @@ fn reason(light: &AreaLight, receivers: &[Receiver]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use halflight_cpu::bvh::Bvh;
+    use halflight_cpu::prepared::PreparedScene;
 
     use super::*;
 
@@ -55,8 +55,9 @@ mod tests {
     fn said(change: impl Fn(&mut Scene)) -> String {
         let mut scene = halflight_scene::load_bundled("open-floor").unwrap().scene;
         change(&mut scene);
-        let bvh = Bvh::build(&scene.mesh).unwrap();
-        unlit(&scene, &super::super::seen(&scene, &bvh, [16, 12]), &[Vec3::ZERO; 192]).unwrap()
+        let scene = PreparedScene::new(scene).unwrap();
+        let seen = super::super::seen(&scene, [16, 12]);
+        unlit(scene.scene(), &seen, &[Vec3::ZERO; 192]).unwrap()
     }
 
     #[test]

@@ -7,10 +7,9 @@ use halflight_core::frame::{Frame, LightSampling};
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::mask::MaskBatch;
 use halflight_core::pyramid::Pyramid;
-use halflight_core::scene::Scene;
 use halflight_core::stages::{Refiner, Visibility};
-use halflight_cpu::bvh::Bvh;
 use halflight_cpu::pipeline::PipelineError;
+use halflight_cpu::prepared::PreparedScene;
 use halflight_cpu::rays::BvhRays;
 use halflight_cpu::refine::PerPixel;
 use halflight_cpu::voxel::error_map::{VoxelErrorCounts, segments, voxel_error_map};
@@ -47,13 +46,13 @@ impl Failures {
 /// # Errors
 /// The number of samples or a constant of the voxels is out of range.
 pub fn failures(
-    scene: &Scene,
-    bvh: &Arc<Bvh>,
+    scene: &PreparedScene,
     gbuffer: &GBuffer,
     config: VoxelConfig,
     sampling: LightSampling,
     seed: u32,
 ) -> Result<Failures, PipelineError> {
+    let (scene, bvh) = (scene.scene(), scene.bvh());
     let pyramid = Pyramid::default();
     let frame = Frame {
         scene,
@@ -124,10 +123,10 @@ mod tests {
     fn of(config: VoxelConfig, lights: usize) -> Failures {
         let mut scene = halflight_scene::resolve("contact").unwrap().scene;
         scene.lights = scene.lights.repeat(lights);
-        let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
-        let seen = super::super::seen(&scene, &bvh, [80, 60]);
+        let scene = PreparedScene::new(scene).unwrap();
+        let seen = super::super::seen(&scene, [80, 60]);
         let sampling = LightSampling { count: 16, kind: PatternKind::Grid, ..LightSampling::default() };
-        failures(&scene, &bvh, &seen, config, sampling, 0).unwrap()
+        failures(&scene, &seen, config, sampling, 0).unwrap()
     }
 
     #[test]

@@ -3,13 +3,11 @@
 use halflight_cpu::prepared::PreparedScene;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
 
 use anyhow::{Context as _, Result};
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::scene::Scene;
-use halflight_cpu::bvh::Bvh;
 use halflight_cpu::config::PipelineConfig;
 use halflight_cpu::pipeline::PipelineError;
 use halflight_cpu::unshadowed::unshadowed;
@@ -20,31 +18,27 @@ use super::methods::Method;
 use crate::reference::{ReferenceConfig, reference, seen};
 
 /// Scene and its BVH.
-struct Stage {
-    scene: Arc<Scene>,
-    bvh: Arc<Bvh>,
-}
+struct Stage(PreparedScene);
 
 impl Stage {
     fn new(scene: &Scene, case: &str) -> Result<Self> {
-        let bvh = Bvh::build(&scene.mesh).with_context(|| format!("scene {case}"))?;
-        Ok(Self { scene: Arc::new(scene.clone()), bvh: Arc::new(bvh) })
+        Ok(Self(PreparedScene::new(scene.clone()).with_context(|| format!("scene {case}"))?))
     }
 
     fn seen(&self, size: [u32; 2]) -> GBuffer {
-        seen(&self.scene, &self.bvh, size)
+        seen(&self.0, size)
     }
 
     /// Returns the converged picture.
     fn reference(&self, [width, height]: [u32; 2], samples: u32) -> Result<Vec<Vec3>> {
         let config = ReferenceConfig { width, height, samples, ..ReferenceConfig::default() };
-        Ok(reference(&self.scene, &self.bvh, &config, None, &mut |_, _| {})?.irradiance)
+        Ok(reference(&self.0, &config, None, &mut |_, _| {})?.irradiance)
     }
 
     fn without_shadow(&self, gbuffer: &GBuffer) -> Vec<Vec3> {
         let pixel = |pixel: usize| {
             let Some(receiver) = gbuffer.receiver(pixel) else { return Vec3::ZERO };
-            let lights = self.scene.lights.iter();
+            let lights = self.0.scene().lights.iter();
             lights.map(|light| light.radiance * unshadowed(light, receiver.origin, receiver.normal)).sum()
         };
         (0..gbuffer.pixels()).map(pixel).collect()
@@ -115,9 +109,7 @@ impl Ready {
 
 fn render(stage: &Stage, config: &PipelineConfig) -> Result<Vec<Vec3>, Fault> {
     let refused = |fault: PipelineError| Fault::Refused(fault.to_string());
-    let prepared = PreparedScene::with_bvh(Scene::clone(&stage.scene), Arc::clone(&stage.bvh));
-    let prepared = prepared.map_err(|fault| refused(fault.into()))?;
-    let mut pipeline = config.builder(&prepared).build().map_err(refused)?;
+    let mut pipeline = config.builder(&stage.0).build().map_err(refused)?;
     Ok(pipeline.render().map_err(refused)?.irradiance.clone())
 }
 

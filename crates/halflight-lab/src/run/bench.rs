@@ -62,7 +62,11 @@ impl Bench<'_> {
                     progress.advance(1);
                     continue;
                 };
-                bytes += running.machine.stats().peak_bytes.saturating_sub(self.scene.bvh.bytes() as u64);
+                bytes += running
+                    .machine
+                    .stats()
+                    .peak_bytes
+                    .saturating_sub(self.scene.prepared.bvh().bytes() as u64);
                 group.push(running);
                 if bytes > most {
                     break;
@@ -97,7 +101,7 @@ impl Bench<'_> {
 
     /// Builds a pipeline and renders the frame that is not timed.
     fn warm<'r>(&self, row: &'r Row, frames: &'r [FrameError]) -> Result<Option<Running<'r>>> {
-        let Some(mut machine) = self.device.machine(row, &self.truth.scene, &self.scene.bvh)? else {
+        let Some(mut machine) = self.device.machine(row, &self.truth.scene)? else {
             return Ok(None);
         };
         machine.render(row)?;
@@ -119,7 +123,7 @@ impl Bench<'_> {
         let measured = Measured {
             experiment: &self.experiment.name,
             scene: &self.scene.name,
-            triangles: self.scene.bvh.triangle_count(),
+            triangles: self.scene.prepared.bvh().triangle_count(),
             setting: self.setting,
             row,
             stats,
@@ -158,7 +162,7 @@ impl Bench<'_> {
             return Ok(None);
         };
         let (scene, gbuffer) = (&self.truth.scene, &self.truth.gbuffer);
-        let found = failures(scene, &self.scene.bvh, gbuffer, voxel, row.config.sampling, row.config.seed);
+        let found = failures(scene, gbuffer, voxel, row.config.sampling, row.config.seed);
         found.map(Some).with_context(|| row.named())
     }
 

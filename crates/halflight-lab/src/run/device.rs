@@ -1,13 +1,9 @@
 //! Devices that render the rows of an experiment: the CPU, or a GPU.
 
-use std::sync::Arc;
-
 use anyhow::{Context as _, Result, bail};
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
-use halflight_core::scene::Scene;
 use halflight_core::stats::FrameStats;
-use halflight_cpu::bvh::Bvh;
 #[cfg(feature = "gpu")]
 use halflight_cpu::pipeline::Image;
 use halflight_cpu::pipeline::Pipeline;
@@ -62,16 +58,14 @@ impl Device {
     ///
     /// # Errors
     /// The row cannot be rendered.
-    pub(super) fn machine(&self, row: &Row, scene: &Arc<Scene>, bvh: &Arc<Bvh>) -> Result<Option<Machine>> {
+    pub(super) fn machine(&self, row: &Row, scene: &PreparedScene) -> Result<Option<Machine>> {
         match self {
             Self::Cpu => {
-                let prepared = PreparedScene::with_bvh(Scene::clone(scene), Arc::clone(bvh))
-                    .with_context(|| row.named())?;
-                let pipeline = row.config.builder(&prepared).build().with_context(|| row.named())?;
+                let pipeline = row.config.builder(scene).build().with_context(|| row.named())?;
                 Ok(Some(Machine::Cpu(Box::new(pipeline))))
             }
             #[cfg(feature = "gpu")]
-            Self::Gpu(gpu) => match Renderer::new(&gpu.device, &gpu.queue, scene, &row.config) {
+            Self::Gpu(gpu) => match Renderer::new(&gpu.device, &gpu.queue, scene.scene(), &row.config) {
                 Ok(renderer) => Ok(Some(Machine::Gpu(Box::new(OnGpu {
                     gpu: Arc::clone(gpu),
                     renderer,

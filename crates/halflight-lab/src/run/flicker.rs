@@ -1,9 +1,6 @@
 //! Flicker of each row along the scene's animation, frame by frame, against references that move alike.
 
-use halflight_core::scene::Scene;
-use halflight_cpu::prepared::PreparedScene;
 use std::path::Path;
-use std::sync::Arc;
 
 use anyhow::{Context as _, Result, bail};
 use glam::Vec3;
@@ -40,19 +37,14 @@ pub(super) fn measure(
         let (name, scene) = (&experiment.name, &loaded.name);
         bail!("{name}: [flicker] needs a scene that moves, and {scene} has no [animation]");
     };
-    let still = loaded.lit(setting.light_scale);
+    let still = loaded.lit(setting.light_scale)?;
     let config = experiment.reference_of(setting);
     let mut frames: Vec<Vec<FrameError>> = vec![Vec::new(); rows.len()];
     let mut before: Option<Before> = None;
     for number in 0..choice.frames {
         let time_s = f64::from(number) * choice.step;
-        let scene = Arc::new(animation.at(&still, time_s as f32));
-        let bvh = if animation.moves_triangles() {
-            let moved = loaded.bvh.follow(&scene.mesh);
-            Arc::new(moved.with_context(|| format!("scene {}", loaded.name))?)
-        } else {
-            Arc::clone(&loaded.bvh)
-        };
+        let scene = still.moved(animation.at(still.scene(), time_s as f32));
+        let scene = scene.with_context(|| format!("scene {}", loaded.name))?;
         let of = choice.frames;
         let mut said = |done: u32, all: u32| {
             progress.now(format!(
@@ -60,16 +52,14 @@ pub(super) fn measure(
                 setting.label
             ));
         };
-        let truth = reference(&scene, &bvh, &config, Some(references), &mut said)?;
-        let seen = seen(&scene, &bvh, [config.width, config.height]);
-        check_light(&format!("{}, frame {number}", setting.label), &scene, &seen, &truth.irradiance)?;
+        let truth = reference(&scene, &config, Some(references), &mut said)?;
+        let seen = seen(&scene, [config.width, config.height]);
+        check_light(&format!("{}, frame {number}", setting.label), scene.scene(), &seen, &truth.irradiance)?;
         let receivers = receivers(&seen);
         let mut images = Vec::with_capacity(rows.len());
         for (index, row) in rows.iter().enumerate() {
             progress.now(format!("{}: frame {number} of {of}, {}", setting.label, row.label()));
-            let prepared = PreparedScene::with_bvh(Scene::clone(&scene), Arc::clone(&bvh))
-                .with_context(|| row.named())?;
-            let mut pipeline = row.config.builder(&prepared).build().with_context(|| row.named())?;
+            let mut pipeline = row.config.builder(&scene).build().with_context(|| row.named())?;
             let image = pipeline.render().with_context(|| row.named())?.irradiance.clone();
             let now = [view(&config, &image, &receivers)?, view(&config, &truth.irradiance, &receivers)?];
             let flicker = match &before {

@@ -1,24 +1,21 @@
 //! Scenes of an experiment, with their changes.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use anyhow::{Context as _, Result, anyhow};
 use halflight_core::scene::Scene;
-use halflight_cpu::bvh::Bvh;
+use halflight_cpu::prepared::PreparedScene;
 use halflight_scene::Animation;
 
 use super::progress::Progress;
 use crate::experiment::{SceneChoice, plan};
 
-/// Scene of an experiment and its BVH.
+/// Scene of an experiment.
 pub(super) struct Loaded {
     /// Label of the scene.
     pub(super) name: String,
-    /// Scene as the file has it.
-    pub(super) scene: Arc<Scene>,
-    /// BVH over its triangles.
-    pub(super) bvh: Arc<Bvh>,
+    /// Scene as the file has it, with its BVH.
+    pub(super) prepared: PreparedScene,
     /// Animation of the scene, if it has one.
     pub(super) animation: Option<Animation>,
 }
@@ -34,18 +31,19 @@ impl Loaded {
         for warning in &loaded.report.warnings {
             progress.say(&format!("{name}: {warning}"));
         }
-        let bvh = Bvh::build(&loaded.scene.mesh).with_context(|| format!("scene {name}"))?;
         let halflight_scene::Loaded { scene, animation, .. } = loaded;
-        Ok(Self { name, scene: Arc::new(scene), bvh: Arc::new(bvh), animation })
+        let prepared = PreparedScene::new(scene).with_context(|| format!("scene {name}"))?;
+        Ok(Self { name, prepared, animation })
     }
 
     /// Returns the scene with its lights scaled about their middles.
-    pub(super) fn lit(&self, scale: f32) -> Arc<Scene> {
+    pub(super) fn lit(&self, scale: f32) -> Result<PreparedScene> {
         if scale == 1.0 {
-            return Arc::clone(&self.scene);
+            return Ok(self.prepared.clone());
         }
-        let lights = self.scene.lights.iter().map(|light| light.scaled(scale)).collect();
-        Arc::new(Scene { lights, ..Scene::clone(&self.scene) })
+        let scene = self.prepared.scene();
+        let lights = scene.lights.iter().map(|light| light.scaled(scale)).collect();
+        Ok(self.prepared.moved(Scene { lights, ..scene.clone() })?)
     }
 }
 
@@ -94,10 +92,10 @@ mod tests {
     #[test]
     fn lights_are_scaled_about_their_middles() {
         let loaded = halflight_scene::resolve("contact").unwrap();
-        let bvh = Bvh::build(&loaded.scene.mesh).unwrap();
-        let (scene, bvh) = (Arc::new(loaded.scene), Arc::new(bvh));
-        let loaded = Loaded { name: String::new(), scene, bvh, animation: None };
-        let (before, after) = (loaded.scene.lights[0], loaded.lit(2.0).lights[0]);
+        let prepared = PreparedScene::new(loaded.scene).unwrap();
+        let loaded = Loaded { name: String::new(), prepared, animation: None };
+        let lights = |scale| loaded.lit(scale).unwrap().scene().lights[0];
+        let (before, after) = (lights(1.0), lights(2.0));
         // Coordinates of a few metres, each a sum of four: a few units in the last place.
         assert!((before.centre() - after.centre()).length() < 1e-5);
         assert!((after.area() / before.area() - 4.0).abs() < 1e-5);

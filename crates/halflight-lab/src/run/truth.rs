@@ -1,13 +1,12 @@
 //! References of a setting, and the pixels that they are compared at.
 
-use halflight_cpu::prepared::PreparedScene;
 use std::path::Path;
-use std::sync::Arc;
 
 use anyhow::{Context as _, Result, bail};
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::scene::Scene;
+use halflight_cpu::prepared::PreparedScene;
 use halflight_image::picture;
 use halflight_metrics::{Comparison, Image, compare, write_png};
 
@@ -20,7 +19,7 @@ use crate::reference::{Reference, ReferenceConfig, receivers, reference, seen};
 
 /// Reference of a setting, with the surfaces that its pixels see.
 pub(super) struct Truth {
-    pub(super) scene: Arc<Scene>,
+    pub(super) scene: PreparedScene,
     pub(super) reference: Reference,
     /// Image of the kind that papers take for a reference.
     pub(super) paper: Option<Vec<Vec3>>,
@@ -37,25 +36,23 @@ impl Truth {
         loaded: &Loaded,
         progress: &Progress,
     ) -> Result<Self> {
-        let scene = loaded.lit(setting.light_scale);
+        let scene = loaded.lit(setting.light_scale)?;
         let config = experiment.reference_of(setting);
         let ReferenceConfig { width, height, seed, .. } = config;
         let mut said = |done: u32, all: u32| {
             progress.now(format!("{}: reference, {done} of {all} samples a pixel", setting.label));
         };
-        let reference = reference(&scene, &loaded.bvh, &config, Some(references), &mut said)?;
+        let reference = reference(&scene, &config, Some(references), &mut said)?;
         let paper = match experiment.paper.as_ref().and_then(|paper| paper.reference_samples) {
             Some(count) => {
                 let row = Row::monte_carlo(width, height, count, seed);
-                let prepared = PreparedScene::with_bvh(Scene::clone(&scene), Arc::clone(&loaded.bvh))
-                    .with_context(|| row.named())?;
-                let mut pipeline = row.config.builder(&prepared).build().with_context(|| row.named())?;
+                let mut pipeline = row.config.builder(&scene).build().with_context(|| row.named())?;
                 Some(pipeline.render().with_context(|| row.named())?.irradiance.clone())
             }
             None => None,
         };
-        let gbuffer = seen(&scene, &loaded.bvh, [width, height]);
-        check_light(&setting.label, &scene, &gbuffer, &reference.irradiance)?;
+        let gbuffer = seen(&scene, [width, height]);
+        check_light(&setting.label, scene.scene(), &gbuffer, &reference.irradiance)?;
         let receivers = receivers(&gbuffer);
         Ok(Self { scene, reference, paper, gbuffer, receivers })
     }

@@ -59,11 +59,6 @@ impl Animation {
         scene
     }
 
-    /// True if any triangle moves.
-    pub fn moves_triangles(&self) -> bool {
-        !self.meshes.is_empty()
-    }
-
     /// Time of the last key, seconds; 0 where there are none. Swaying never ends.
     pub fn last_key(&self) -> f32 {
         let paths = self.meshes.iter().filter_map(|motion| motion.path.as_ref());

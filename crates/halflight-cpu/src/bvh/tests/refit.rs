@@ -130,18 +130,17 @@ fn a_pipeline_goes_on_with_what_has_moved() {
         (Pipeline::builder(&prepared).size(48, 36).build().unwrap(), prepared)
     };
     let (still, moved) = (at(0.0), at(0.3));
-    let (mut going, mut prepared) = pipeline(&still);
+    let (mut going, prepared) = pipeline(&still);
     let before = going.render().unwrap().irradiance.clone();
-    prepared.move_mesh(Arc::clone(&moved.mesh)).unwrap();
-    prepared.set_lights(Vec::new());
+    let follow = prepared.moved(Scene::clone(&moved)).unwrap();
+    let backend = Box::new(BvhRays::new(Arc::clone(follow.bvh())));
     // A scene that cannot be rendered is refused, and the pipeline is unchanged.
-    let backend = Box::new(BvhRays::new(Arc::clone(prepared.bvh())));
-    let fault = going.set_scene(&prepared, backend.clone());
+    let dark = follow.moved(Scene { lights: Vec::new(), ..Scene::clone(&moved) }).unwrap();
+    let fault = going.set_scene(&dark, backend.clone());
     assert!(matches!(fault, Err(PipelineError::NoLight)));
     going.set_frame_index(0);
     assert_eq!(going.render().unwrap().irradiance, before);
-    prepared.set_lights(moved.lights.clone());
-    going.set_scene(&prepared, backend).unwrap();
+    going.set_scene(&follow, backend).unwrap();
     going.set_frame_index(0);
     let after = going.render().unwrap().irradiance.clone();
     assert_eq!(after, pipeline(&moved).0.render().unwrap().irradiance);
