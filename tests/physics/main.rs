@@ -5,4 +5,5 @@
 mod flush_lights;
 mod half_plane;
 mod open_floor;
+mod smooth_sphere;
 mod unshadowed;

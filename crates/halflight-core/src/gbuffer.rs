@@ -15,7 +15,7 @@ pub const NO_PRIMITIVE: u32 = u32::MAX;
 pub struct Receiver {
     /// Surface point moved off its surface along the geometric normal, world space.
     pub origin: Vec3,
-    /// Geometric unit normal, towards the viewer.
+    /// Unit shading normal, towards the viewer, by which light is weighted: the geometric one on flat surfaces.
     pub normal: Vec3,
 }
 
@@ -33,6 +33,9 @@ pub struct GBuffer {
     pub position: Vec<Vec3>,
     /// Geometric unit normal towards the viewer, world space; zero where nothing is seen.
     pub normal: Vec<Vec3>,
+    /// Unit shading normal, on the side of the geometric one, world space; zero where nothing is seen. Empty where no surface of the
+    /// scene is smooth: see [`GBuffer::shading_normals`].
+    pub shading: Vec<Vec3>,
     /// Linear RGB albedo; zero where nothing is seen.
     pub albedo: Vec<Vec3>,
     /// Triangle index in the scene's mesh, or [`NO_PRIMITIVE`].
@@ -204,8 +207,15 @@ impl GBuffer {
         self.depth.resize(pixels, f32::INFINITY);
         self.position.resize(pixels, Vec3::ZERO);
         self.normal.resize(pixels, Vec3::ZERO);
+        self.shading.clear();
         self.albedo.resize(pixels, Vec3::ZERO);
         self.primitive.resize(pixels, NO_PRIMITIVE);
+    }
+
+    /// Shading normals, one a pixel: the geometric ones where no surface is smooth.
+    #[inline]
+    pub fn shading_normals(&self) -> &[Vec3] {
+        if self.shading.is_empty() { &self.normal } else { &self.shading }
     }
 
     /// Number of pixels.
@@ -231,13 +241,17 @@ impl GBuffer {
         if !self.is_receiver(pixel) {
             return None;
         }
-        Some(Receiver { origin: self.position[pixel], normal: self.normal[pixel] })
+        Some(Receiver { origin: self.position[pixel], normal: self.shading_normals()[pixel] })
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         self.depth.capacity() * 4
-            + (self.position.capacity() + self.normal.capacity() + self.albedo.capacity()) * size_of::<Vec3>()
+            + (self.position.capacity()
+                + self.normal.capacity()
+                + self.shading.capacity()
+                + self.albedo.capacity())
+                * size_of::<Vec3>()
             + self.primitive.capacity() * 4
     }
 }

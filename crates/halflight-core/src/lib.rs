@@ -17,6 +17,7 @@ pub mod mask;
 pub mod pattern;
 pub mod pyramid;
 pub mod scene;
+pub mod smooth;
 pub mod stages;
 pub mod stats;
 pub mod values;

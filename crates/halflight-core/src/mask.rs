@@ -9,7 +9,7 @@ use crate::pattern::{Pattern, PatternKind};
 pub struct Query {
     /// The receiver, already offset off its surface, world space.
     pub origin: Vec3,
-    /// Geometric unit normal, towards the viewer.
+    /// Unit shading normal, towards the viewer; samples below its horizon are not asked for.
     pub normal: Vec3,
     /// Key of the light-sample pattern; equal keys give equal sample positions.
     pub key: u32,

@@ -23,14 +23,15 @@ pub struct Scene {
 
 /// Indexed triangles with per-vertex attributes and per-triangle materials.
 ///
-/// `normals` and `uvs` have one entry a vertex; `material_ids` has one a triangle and indexes `materials`.
+/// `normals`, where there are any, and `uvs` have one entry a vertex; `material_ids` has one a triangle and indexes `materials`.
 /// Triangles are not degenerate and coordinates are finite: the loaders see to it, and
 /// [`Mesh::validate`] tells for meshes built by hand.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     /// Vertex positions, world space, metres.
     pub positions: Vec<Vec3>,
-    /// Unit shading normals, world space.
+    /// Shading normals, world space, of any length above 0, on either side: see [`SmoothTriangle`](crate::smooth::SmoothTriangle). The triangles
+    /// at a vertex without one (zero) are flat. Empty where all are.
     pub normals: Vec<Vec3>,
     /// Texture coordinates; (0, 0) is the lower left of the image.
     pub uvs: Vec<Vec2>,
@@ -171,7 +172,9 @@ impl Mesh {
         let length = |attribute, found, expected| {
             if found == expected { Ok(()) } else { Err(MeshError::Length { attribute, found, expected }) }
         };
-        length("normals", self.normals.len(), self.positions.len())?;
+        if !self.normals.is_empty() {
+            length("normals", self.normals.len(), self.positions.len())?;
+        }
         length("texture coordinates", self.uvs.len(), self.positions.len())?;
         length("material ids", self.material_ids.len(), self.triangles.len())?;
         if let Some(vertex) = self.positions.iter().position(|p| !p.is_finite()) {

@@ -78,7 +78,7 @@ fn add_planes<const N: usize>(
         }
         if needs_unshadowed {
             // Pixels that see nothing have a zero normal and no irradiance.
-            let (origins, normals) = (&gbuffer.position[pixels.clone()], &gbuffer.normal[pixels]);
+            let (origins, normals) = (&gbuffer.position[pixels.clone()], &gbuffer.shading_normals()[pixels]);
             unshadowed_many(light, origins, normals, &mut irradiance[..image.len()]);
         }
         let share = |lane: usize| {

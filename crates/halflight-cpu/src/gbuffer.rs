@@ -4,6 +4,7 @@ use glam::{DVec3, Vec2, Vec3, Vec3Swizzles as _};
 use halflight_core::camera::View;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE, receiver_origin};
 use halflight_core::scene::{Mesh, Scene, Texture};
+use halflight_core::smooth::SmoothTriangle;
 use rayon::prelude::*;
 
 use crate::bvh::{Bvh, Hits, Packet, STACK};
@@ -40,17 +41,24 @@ fn trace_with(isa: Isa, bvh: &Bvh, scene: &Scene, width: u32, height: u32, out: 
     }
     let view = View::new(&scene.camera, width, height);
     let band = TILE * width as usize;
+    // Scenes without smooth surfaces have no layer for them.
+    let (pixels, smooth) = (out.pixels(), !scene.mesh.normals.is_empty());
+    out.shading.resize(if smooth { pixels } else { 0 }, Vec3::ZERO);
+    let shading_rows = (0..height as usize).step_by(TILE);
+    let mut shading = out.shading.chunks_mut(band);
+    let shading: Vec<&mut [Vec3]> = shading_rows.map(|_| shading.next().unwrap_or_default()).collect();
     out.depth
         .par_chunks_mut(band)
         .zip(out.position.par_chunks_mut(band))
         .zip(out.normal.par_chunks_mut(band))
         .zip(out.albedo.par_chunks_mut(band))
         .zip(out.primitive.par_chunks_mut(band))
+        .zip(shading)
         .enumerate()
         // Bands differ in cost.
         .with_max_len(1)
-        .for_each(|(index, ((((depth, position), normal), albedo), primitive))| {
-            let rows = Rows { top: index * TILE, depth, position, normal, albedo, primitive };
+        .for_each(|(index, (((((depth, position), normal), albedo), primitive), shading))| {
+            let rows = Rows { top: index * TILE, depth, position, normal, shading, albedo, primitive };
             isa.run(Band { bvh, mesh: &scene.mesh, view: &view, width: width as usize, rows });
         });
 }
@@ -61,6 +69,8 @@ struct Rows<'a> {
     depth: &'a mut [f32],
     position: &'a mut [Vec3],
     normal: &'a mut [Vec3],
+    /// Empty where no surface of the scene is smooth.
+    shading: &'a mut [Vec3],
     albedo: &'a mut [Vec3],
     primitive: &'a mut [u32],
 }
@@ -72,19 +82,33 @@ impl Rows<'_> {
             self.depth[pixel] = f32::INFINITY;
             self.position[pixel] = Vec3::ZERO;
             self.normal[pixel] = Vec3::ZERO;
+            if let Some(shading) = self.shading.get_mut(pixel) {
+                *shading = Vec3::ZERO;
+            }
             self.albedo[pixel] = Vec3::ZERO;
             self.primitive[pixel] = NO_PRIMITIVE;
             return;
         }
         let t = seen.parameter(eye, d);
-        let normal = if seen.normal.dot(d) > 0.0 { -seen.normal } else { seen.normal };
+        let from_behind = seen.normal.dot(d) > 0.0;
+        let normal = if from_behind { -seen.normal } else { seen.normal };
+        let (mut point, mut shading) = (eye.as_dvec3() + d.as_dvec3() * t, normal);
+        let weights = || barycentric(&corner_weights(seen.corners, eye), d);
+        if let Some(smooth) = seen.smooth {
+            let (second, third) = weights();
+            let smooth = if from_behind { smooth.reversed() } else { smooth };
+            (point, shading) = smooth.surface(seen.corners, [1.0 - second - third, second, third], point);
+        }
         self.depth[pixel] = t as f32;
-        self.position[pixel] = receiver_origin(eye.as_dvec3() + d.as_dvec3() * t, normal, seen.extent);
+        self.position[pixel] = receiver_origin(point, normal, seen.extent);
         self.normal[pixel] = normal;
+        if let Some(place) = self.shading.get_mut(pixel) {
+            *place = shading;
+        }
         self.albedo[pixel] = match seen.texture {
             None => seen.albedo,
             Some(texture) => {
-                let (second, third) = barycentric(&corner_weights(seen.corners, eye), d);
+                let (second, third) = weights();
                 seen.albedo * texel(mesh, texture, seen.triangle, second, third)
             }
         };
@@ -107,6 +131,8 @@ struct Surface {
     /// Largest extent of the triangle along any axis.
     extent: f32,
     normal: Vec3,
+    /// Shading normals on the side of `normal`, for smooth surfaces.
+    smooth: Option<SmoothTriangle>,
     albedo: Vec3,
     texture: Option<u32>,
 }
@@ -120,6 +146,7 @@ impl Surface {
         error: DVec3::ZERO,
         extent: 0.0,
         normal: Vec3::ZERO,
+        smooth: None,
         albedo: Vec3::ZERO,
         texture: None,
     };
@@ -134,6 +161,7 @@ impl Surface {
         let (plus, minus) = (u.yzx() * v.zxy(), u.zxy() * v.yzx());
         let (cross, error) = (plus - minus, (plus.abs() + minus.abs()) * 2f64.powi(-16));
         let distance = cross.dot(away);
+        let normal = geometric_normal(corners);
         let known = distance.abs() > error.dot(away.abs());
         Self {
             triangle,
@@ -142,7 +170,8 @@ impl Surface {
             distance,
             error: if known { error } else { DVec3::INFINITY },
             extent: u.abs().max(v.abs()).max((c - b).abs()).max_element() as f32,
-            normal: geometric_normal(corners),
+            normal,
+            smooth: SmoothTriangle::new(mesh, triangle as usize, normal),
             albedo: material.albedo,
             texture: material.texture,
         }

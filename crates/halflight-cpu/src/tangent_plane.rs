@@ -144,10 +144,10 @@ impl<'a> TangentPlanes<'a> {
         primitive[a] != primitive[b] && normal[a].dot(normal[b]) < edge
     }
 
-    /// Side of a pixel's tangent plane on which the light lies.
+    /// Side of a pixel's horizon, by its shading normal, on which the light lies.
     #[inline]
     pub(crate) fn side(&self, light: &LightCorners, pixel: usize) -> Side {
-        let (position, normal) = (self.gbuffer.position[pixel], self.gbuffer.normal[pixel]);
+        let (position, normal) = (self.gbuffer.position[pixel], self.gbuffer.shading_normals()[pixel]);
         // All corners are compared, since any of them may be decisive.
         let (mut lit, mut unlit) = (true, true);
         for corner in light.0 {

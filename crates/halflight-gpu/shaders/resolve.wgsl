@@ -1,6 +1,6 @@
 // Computes surface attributes at each pixel's centre, per pixel: from the ID image to position, normal and
 // albedo (halflight-cpu/src/gbuffer.rs).
-//@ needs shared/offset
+//@ needs shared/offset shared/corner_weights
 //@ reads triangles faces materials uvs textures ids
 //@ writes position normal albedo
 
@@ -39,23 +39,6 @@ fn resolve(@builtin(global_invocation_id) at: vec3<u32>) {
     position[pixel] = vec4(point + up * offset_on(point, up, extents), depth);
     normal[pixel] = vec4(bitcast<vec3<u32>>(up), faces[triangle].x);
     albedo[pixel] = vec4(albedo_of(triangle, weights), 1.0);
-}
-
-// Weights of the second and third corner where the ray along `d` meets a triangle.
-fn corner_weights(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>) -> vec2<f32> {
-    let p = a - frame.eye;
-    let q = b - frame.eye;
-    let r = c - frame.eye;
-    let first = dot3(d, cross3(q + r, c - b));
-    let second = dot3(d, cross3(r + p, a - c));
-    let third = dot3(d, cross3(p + q, b - a));
-    let sum = first + second + third;
-    if sum == 0.0 {
-        return vec2(1.0 / 3.0);
-    }
-    // Rays within the rounding error of an edge count as hits.
-    let x = clamp(second / sum, 0.0, 1.0);
-    return vec2(x, clamp(third / sum, 0.0, 1.0 - x));
 }
 
 fn albedo_of(triangle: u32, weights: vec2<f32>) -> vec3<f32> {

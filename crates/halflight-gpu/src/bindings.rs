@@ -35,6 +35,8 @@ slots! {
     Nodes: nodes = "array<vec4<u32>>", "BVH";
     /// Corners of triangles, three vectors each, with the unit normal in the fourth components.
     Triangles: triangles = "array<vec4<f32>>", "triangles";
+    /// Shading normals of the corners of triangles, three vectors each, zero for flat ones; nothing in scenes without smooth surfaces.
+    CornerNormals: corner_normals = "array<vec4<f32>>", "shading normals of corners";
     /// Number in the mesh and material of each triangle.
     Faces: faces = "array<vec2<u32>>", "triangle numbers";
     /// Albedos and textures.
@@ -47,7 +49,7 @@ slots! {
     Ids: ids = "texture_2d<u32>", "visible triangles";
     /// Points and depths.
     Position: position = "array<vec4<f32>>", "points";
-    /// Normals and triangles' numbers in the mesh.
+    /// Normals and triangles' numbers in the mesh; then shading normals, in scenes with smooth surfaces.
     Normal: normal = "array<vec4<u32>>", "normals";
     /// Albedos.
     Albedo: albedo = "array<vec4<f32>>", "albedos";

@@ -53,12 +53,16 @@ impl Gpu {
         };
         let mut gbuffer = GBuffer::default();
         gbuffer.reset(width, height);
-        for (pixel, (position, [x, y, z, primitive])) in position.into_iter().zip(normal).enumerate() {
+        let vector =
+            |[x, y, z, _]: [u32; 4]| Vec3::new(f32::from_bits(x), f32::from_bits(y), f32::from_bits(z));
+        gbuffer.shading = normal[position.len()..].iter().copied().map(vector).collect();
+        for (pixel, (position, normal)) in position.into_iter().zip(normal).enumerate() {
+            let primitive = normal[3];
             gbuffer.primitive[pixel] = primitive;
             if primitive != NO_PRIMITIVE {
                 gbuffer.position[pixel] = xyz(position);
                 gbuffer.depth[pixel] = position[3];
-                gbuffer.normal[pixel] = Vec3::new(f32::from_bits(x), f32::from_bits(y), f32::from_bits(z));
+                gbuffer.normal[pixel] = vector(normal);
                 gbuffer.albedo[pixel] = xyz(albedo[pixel]);
             }
         }

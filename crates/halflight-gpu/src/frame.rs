@@ -84,7 +84,7 @@ pub(crate) struct Frame {
     pub(crate) lights: u32,
     pub(crate) sides: u32,
     pub(crate) largest: f32,
-    pub(crate) padding: u32,
+    pub(crate) shading: u32,
     pub(crate) levels: [u32; 8],
 }
 

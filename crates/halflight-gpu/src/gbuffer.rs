@@ -11,6 +11,7 @@ use crate::stats::Timed;
 programs! {
     GBUFFER: "gbuffer" = corner in "gbuffer";
     RESOLVE: "resolve" = resolve in "resolve";
+    RESOLVE_SMOOTH: "resolve smooth" = resolve_smooth in "resolve_smooth";
     IMPORT: "import" = take in "import";
 }
 
@@ -46,28 +47,43 @@ pub enum Surfaces<'a> {
 pub(crate) struct Gbuffer {
     rasterize: Rasterizer,
     resolve: Pass,
+    /// Pass of scenes with smooth surfaces.
+    resolve_smooth: Option<Pass>,
     /// Imports of points, and of depths.
     import: [Pass; 2],
 }
 
 impl Gbuffer {
-    /// Compiles the passes.
+    /// Compiles the passes, for a scene with or without smooth surfaces.
     ///
     /// # Errors
     /// A shader cannot be read or compiled, or binds more than the device allows.
-    pub(crate) fn new(compiler: &Compiler) -> Result<Self, GpuError> {
+    pub(crate) fn new(compiler: &Compiler, smooth: bool) -> Result<Self, GpuError> {
+        let resolve_smooth = if smooth { Some(compiler.pass(RESOLVE_SMOOTH, &[])?) } else { None };
         let import = |depth: f64| compiler.pass(IMPORT, &[("DEPTH", depth)]);
         Ok(Self {
             rasterize: Rasterizer::new(compiler)?,
             resolve: compiler.pass(RESOLVE, &[])?,
+            resolve_smooth,
             import: [import(0.0)?, import(1.0)?],
         })
     }
 
     /// Declares the buffers of surfaces.
-    pub(crate) fn declare(needs: &mut Needs) {
+    pub(crate) fn declare(&self, needs: &mut Needs) {
         for slot in [Slot::Position, Slot::Normal, Slot::Albedo] {
             needs.declare(slot, RECORD * needs.pixels());
+        }
+        if self.resolve_smooth.is_some() {
+            needs.declare(Slot::Normal, 2 * RECORD * needs.pixels());
+        }
+    }
+
+    /// Returns the place of shading normals behind the geometric ones, in pixels; 0 where they are the same.
+    pub(crate) fn shading(&self, surfaces: &Surfaces, needs: &Needs) -> u32 {
+        match surfaces {
+            Surfaces::Scene if self.resolve_smooth.is_some() => needs.pixels() as u32,
+            _ => 0,
         }
     }
 
@@ -77,7 +93,11 @@ impl Gbuffer {
             Surfaces::Kept => return,
             Surfaces::Scene => {
                 self.rasterize.run(recorder, vertices);
-                return recorder.run(&self.resolve, Timed::Gbuffer, 0, Groups::Tiles(0));
+                recorder.run(&self.resolve, Timed::Gbuffer, 0, Groups::Tiles(0));
+                if let Some(smooth) = &self.resolve_smooth {
+                    recorder.run(smooth, Timed::Gbuffer, 0, Groups::Tiles(0));
+                }
+                return;
             }
             Surfaces::Points { position, normal } => (&self.import[0], position, normal),
             Surfaces::Depths { depth, normal } => (&self.import[1], depth, normal),

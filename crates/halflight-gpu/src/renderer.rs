@@ -100,7 +100,7 @@ impl Renderer {
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
         let (lights, flush) = separate_lights(scene, None);
         let compiler = Compiler { device, replaced: modules };
-        let stages = Stages::new(&compiler, scene.mesh.triangle_count(), config)?;
+        let stages = Stages::new(&compiler, &scene.mesh, config)?;
         let memory = Memory::new(device);
         let scene_buffers = SceneBuffers::new(&memory, &scene.mesh)?;
         let needs = stages.needs(config.width, config.height, pattern, &lights)?;
@@ -221,8 +221,9 @@ impl Renderer {
         &self.buffers[Slot::Position]
     }
 
-    /// Unit normals towards the viewer, as the bits of their components, and the triangle's number in the mesh; `u32::MAX`
-    /// where nothing is seen. Where triangles are not known, pixels need numbers of their own.
+    /// Geometric unit normals towards the viewer, as the bits of their components, and the triangle's number in the mesh; `u32::MAX`
+    /// where nothing is seen. Where triangles are not known, pixels need numbers of their own. In scenes with smooth surfaces, unit shading
+    /// normals of all pixels follow, which a frame of [`Surfaces::Scene`](crate::Surfaces::Scene) is lit by.
     pub fn normal(&self) -> &wgpu::Buffer {
         &self.buffers[Slot::Normal]
     }
@@ -263,6 +264,7 @@ impl Renderer {
             largest: scene_buffers.extent.largest,
             lights: lights.len() as u32,
             sides: sides(lights),
+            shading: stages.gbuffer.shading(&inputs.surfaces, needs),
             capacity: needs.records(Slot::Queries) as u32,
             ..Frame::new(camera, (needs.width, needs.height), self.pattern, self.surface)
         };

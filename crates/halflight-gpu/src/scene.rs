@@ -1,7 +1,9 @@
 //! A scene on the device: its BVH, triangles and materials.
 
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 use halflight_core::scene::{Mesh, SRGB_TO_LINEAR};
+use halflight_core::smooth::SmoothTriangle;
 
 use crate::bindings::Slot;
 use crate::error::{GpuError, caught};
@@ -64,9 +66,11 @@ impl SceneBuffers {
         let uvs: Vec<[f32; 2]> =
             order.iter().filter(|_| textured).flat_map(|&t| mesh.triangles[t as usize].map(uv)).collect();
         let (materials, texels) = materials(mesh);
-        let contents: [(Slot, &[u8]); 6] = [
+        let normals = corner_normals(mesh, order);
+        let contents: [(Slot, &[u8]); 7] = [
             (Slot::Nodes, bytemuck::cast_slice(hierarchy.nodes())),
             (Slot::Triangles, bytemuck::cast_slice(&triangles)),
+            (Slot::CornerNormals, bytemuck::cast_slice(&normals)),
             (Slot::Faces, bytemuck::cast_slice(&faces)),
             (Slot::Materials, bytemuck::cast_slice(&materials)),
             (Slot::Uvs, bytemuck::cast_slice(&uvs)),
@@ -95,15 +99,18 @@ impl SceneBuffers {
     ) -> Result<(), GpuError> {
         // Boxes belong to no mesh if the rest fails; the next call makes all of them anew.
         self.hierarchy.refit(mesh);
-        let triangles = corners(mesh, self.hierarchy.order());
-        let contents: [(Slot, &[u8]); 2] = [
+        let order = self.hierarchy.order();
+        let (triangles, normals) = (corners(mesh, order), corner_normals(mesh, order));
+        let contents: [(Slot, &[u8]); 3] = [
             (Slot::Nodes, bytemuck::cast_slice(self.hierarchy.nodes())),
             (Slot::Triangles, bytemuck::cast_slice(&triangles)),
+            (Slot::CornerNormals, bytemuck::cast_slice(&normals)),
         ];
-        let contents = contents.into_iter().flat_map(|(slot, bytes)| {
-            let buffer = self.slots.iter().find(|(known, _)| *known == slot);
-            buffer.map(|(_, buffer)| (slot.label(), bytes, buffer))
-        });
+        let contents =
+            contents.into_iter().filter(|(_, bytes)| !bytes.is_empty()).flat_map(|(slot, bytes)| {
+                let buffer = self.slots.iter().find(|(known, _)| *known == slot);
+                buffer.map(|(_, buffer)| (slot.label(), bytes, buffer))
+            });
         memory.write(encoder, &contents.collect::<Vec<_>>())?;
         self.extent = Extent::of(mesh);
         Ok(())
@@ -115,10 +122,26 @@ impl SceneBuffers {
 fn corners(mesh: &Mesh, order: &[u32]) -> Vec<[f32; 4]> {
     let corners = |&triangle: &u32| {
         let [a, b, c] = mesh.corners(triangle as usize);
-        let normal = (b - a).as_dvec3().cross((c - a).as_dvec3()).normalize_or_zero().as_vec3();
+        let normal = facet_normal(mesh, triangle);
         [a.extend(normal.x), b.extend(normal.y), c.extend(normal.z)].map(|corner| corner.to_array())
     };
     order.iter().flat_map(corners).collect()
+}
+
+/// Returns the shading normals of the corners of triangles, on the side of their unit normals; zero for flat triangles. Empty for a mesh without
+/// normals.
+fn corner_normals(mesh: &Mesh, order: &[u32]) -> Vec<[f32; 4]> {
+    let normals = |&triangle: &u32| {
+        let smooth = SmoothTriangle::new(mesh, triangle as usize, facet_normal(mesh, triangle));
+        let normals = smooth.map_or([Vec3::ZERO; 3], |smooth| smooth.normals);
+        normals.map(|normal| normal.extend(0.0).to_array())
+    };
+    order.iter().filter(|_| !mesh.normals.is_empty()).flat_map(normals).collect()
+}
+
+fn facet_normal(mesh: &Mesh, triangle: u32) -> Vec3 {
+    let [a, b, c] = mesh.corners(triangle as usize);
+    (b - a).as_dvec3().cross((c - a).as_dvec3()).normalize_or_zero().as_vec3()
 }
 
 /// Returns materials, and texels behind the table that decodes their channels: the bits of 256 linear values, those of the CPU.

@@ -2,6 +2,7 @@
 
 use halflight_core::light::AreaLight;
 use halflight_core::pattern::Pattern;
+use halflight_core::scene::Mesh;
 use halflight_cpu::config::PipelineConfig;
 use halflight_cpu::pipeline::{MAX_SIZE, PipelineError};
 
@@ -19,7 +20,7 @@ use crate::visibility::backend;
 /// All stages of a configuration.
 #[derive(Debug)]
 pub(crate) struct Stages {
-    gbuffer: Gbuffer,
+    pub(crate) gbuffer: Gbuffer,
     pub(crate) refiner: Box<dyn Refiner>,
     pub(crate) tracer: Tracer,
     upsample: Upsample,
@@ -27,20 +28,16 @@ pub(crate) struct Stages {
 }
 
 impl Stages {
-    /// Compiles the stages for a scene of so many triangles.
+    /// Compiles the stages for a scene.
     ///
     /// # Errors
     /// A stage does not exist on the GPU, or a shader cannot be read or compiled.
-    pub(crate) fn new(
-        compiler: &Compiler,
-        triangles: usize,
-        config: &PipelineConfig,
-    ) -> Result<Self, GpuError> {
+    pub(crate) fn new(compiler: &Compiler, mesh: &Mesh, config: &PipelineConfig) -> Result<Self, GpuError> {
         let refiner = refiner(compiler, config)?;
         let upsample = Upsample::new(compiler, config)?;
-        let visibility = backend(compiler, triangles, config)?;
+        let visibility = backend(compiler, mesh.triangle_count(), config)?;
         Ok(Self {
-            gbuffer: Gbuffer::new(compiler)?,
+            gbuffer: Gbuffer::new(compiler, !mesh.normals.is_empty())?,
             refiner,
             tracer: Tracer::new(compiler, visibility, config.shading)?,
             upsample,
@@ -65,7 +62,7 @@ impl Stages {
         let mut needs = Needs::new(width, height, lights.len() as u32 * self.refiner.uniforms());
         stats::declare(&mut needs);
         Recorder::declare(&mut needs);
-        Gbuffer::declare(&mut needs);
+        self.gbuffer.declare(&mut needs);
         self.refiner.declare(&mut needs, pattern);
         self.tracer.visibility.declare(&mut needs, lights);
         self.upsample.declare(&mut needs);

@@ -27,8 +27,33 @@ pub(crate) struct MeshEntry {
     pub(crate) transform: Transform,
     /// Replaces the mesh's own colours and textures.
     pub(crate) albedo: Option<Vec3>,
+    pub(crate) smooth: Smooth,
     /// Line of the table's header.
     pub(crate) line: usize,
+}
+
+/// Surfaces of a mesh that are shaded as smooth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Smooth {
+    /// The ones whose file gives normals.
+    Auto,
+    /// All: normals that the file does not give are computed, without the faces beyond this angle in degrees.
+    On(f32),
+    /// None.
+    Off,
+}
+
+/// Default crease angle, degrees: keeps a six-sided column round (60° between its faces) and the edges of a box sharp.
+const CREASE_DEG: f32 = 65.0;
+
+impl Smooth {
+    /// Angle in degrees between faces from which an edge is sharp where normals are computed.
+    pub(crate) fn crease_deg(self) -> f32 {
+        match self {
+            Self::On(degrees) => degrees,
+            Self::Auto | Self::Off => CREASE_DEG,
+        }
+    }
 }
 
 /// Source of a mesh.
@@ -108,7 +133,7 @@ fn read_light(index: usize, mut section: Section<'_>) -> Result<AreaLight, Scene
 fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {
     // Generators validate their own parameters.
     if !section.has("generator") {
-        section.allow(&["file", "generator", "transform", "albedo"])?;
+        section.allow(&["file", "generator", "transform", "albedo", "smooth", "crease_deg"])?;
     }
     let line = section.line;
     let file = section.text("file")?;
@@ -125,6 +150,7 @@ fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {
         return Err(section.fault(albedo.line, message));
     }
     let albedo = albedo.map(|albedo| albedo.value);
+    let smooth = read_smooth(&mut section)?;
     let origin = match (file, generator) {
         (Some(file), None) => Origin::File(file.value.into(), file.line),
         (None, Some(generator)) => {
@@ -139,7 +165,35 @@ fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {
             return Err(section.fault(line, message));
         }
     };
-    Ok(MeshEntry { origin, transform, albedo, line })
+    Ok(MeshEntry { origin, transform, albedo, smooth, line })
+}
+
+fn read_smooth(section: &mut Section<'_>) -> Result<Smooth, SceneError> {
+    let crease = section.number("crease_deg")?;
+    if let Some(crease) = &crease
+        && !(0.0..=180.0).contains(&crease.value)
+    {
+        let message = format!("crease_deg is {}, expected an angle from 0 to 180 degrees", crease.value);
+        return Err(section.fault(crease.line, message));
+    }
+    let smooth = match section.text("smooth")? {
+        None => Smooth::Auto,
+        Some(word) => match word.value.as_str() {
+            "auto" => Smooth::Auto,
+            "on" => Smooth::On(crease.as_ref().map_or(CREASE_DEG, |crease| crease.value)),
+            "off" => Smooth::Off,
+            other => {
+                let message = format!("smooth is \"{other}\", expected \"auto\", \"on\" or \"off\"");
+                return Err(section.fault(word.line, message));
+            }
+        },
+    };
+    match (smooth, crease) {
+        (Smooth::Auto | Smooth::Off, Some(crease)) => {
+            Err(section.fault(crease.line, "crease_deg is for computed normals; add smooth = \"on\""))
+        }
+        _ => Ok(smooth),
+    }
 }
 
 fn read_transform(mut section: Section<'_>) -> Result<Transform, SceneError> {

@@ -4,12 +4,14 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use glam::Vec3;
 use halflight_core::scene::{Material, Mesh, Scene};
+use halflight_core::smooth::SmoothTriangle;
 
 use crate::clean::drop_zero_area;
 use crate::context::{Context, MAX_COUNT};
 use crate::error::SceneError;
-use crate::file::{MeshEntry, Origin, SceneFile};
+use crate::file::{MeshEntry, Origin, SceneFile, Smooth};
 use crate::generate::{GenerateError, generate};
 use crate::model::ModelMesh;
 use crate::normals::compute_missing_normals;
@@ -158,9 +160,31 @@ fn load_mesh(
         let message = format!("[[mesh]] `{source}` has no triangle with an area, of {zero_area_dropped}");
         return Err(scene.fault(entry.line, message));
     }
-    let normals_computed = compute_missing_normals(&mut mesh);
+    let normals_computed = smooth_normals(&mut mesh, entry.smooth);
     let triangles = mesh.triangles.len();
     Ok((mesh, MeshReport { source, triangles, zero_area_dropped, normals_computed }))
+}
+
+/// Keeps the normals that smooth surfaces need, none for a flat mesh, and returns the number of computed ones.
+fn smooth_normals(mesh: &mut Mesh, smooth: Smooth) -> usize {
+    let given = mesh.normals.iter().any(|&normal| normal != Vec3::ZERO);
+    let computed = match smooth {
+        Smooth::On(_) => compute_missing_normals(mesh, smooth.crease_deg()),
+        Smooth::Auto if given => compute_missing_normals(mesh, smooth.crease_deg()),
+        Smooth::Auto | Smooth::Off => {
+            mesh.normals.clear();
+            return 0;
+        }
+    };
+    let is_smooth = |triangle| {
+        let [a, b, c] = mesh.corners(triangle).map(Vec3::as_dvec3);
+        let facet = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+        SmoothTriangle::new(mesh, triangle, facet).is_some()
+    };
+    if !(0..mesh.triangle_count()).any(is_smooth) {
+        mesh.normals.clear();
+    }
+    computed
 }
 
 /// Reads a mesh file by its extension; `line` is the line of the scene file that names it.
@@ -208,8 +232,12 @@ fn append(all: &mut Mesh, mut mesh: Mesh) {
     for material in &mut mesh.material_ids {
         *material += first_material;
     }
+    if !(all.normals.is_empty() && mesh.normals.is_empty()) {
+        all.normals.resize(all.positions.len(), Vec3::ZERO);
+        all.normals.append(&mut mesh.normals);
+        all.normals.resize(all.positions.len() + mesh.positions.len(), Vec3::ZERO);
+    }
     all.positions.append(&mut mesh.positions);
-    all.normals.append(&mut mesh.normals);
     all.uvs.append(&mut mesh.uvs);
     all.triangles.append(&mut mesh.triangles);
     all.material_ids.append(&mut mesh.material_ids);

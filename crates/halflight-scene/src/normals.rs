@@ -10,11 +10,6 @@ use rayon::prelude::*;
 
 use incidence::Incidence;
 
-/// Cosine of the crease angle. Faces that meet at a smaller angle share a computed vertex normal; across a
-/// larger one the edge stays sharp. 65° keeps a six-sided column round (60° between its faces) and the edges
-/// of a box sharp.
-const CREASE_COS: f32 = 0.422_618_26;
-
 /// Most faces at a point that are compared pair by pair. At other points they are grouped by direction, so
 /// that the time stays linear.
 const MAX_PAIRED: usize = 128;
@@ -27,13 +22,14 @@ const POINTS: usize = 1 << 12;
 
 /// Computes a normal for every vertex whose normal is zero: the mean of the faces around its position,
 /// weighted by their angle there (Thürmer and Wüthrich 1998: independent of the triangulation), without faces
-/// beyond a crease. A vertex on a crease is split. Returns the number of vertices with a computed normal.
+/// beyond a crease: an edge at which faces meet at more than `crease_deg` degrees. A vertex on a crease is split. Returns the number of vertices with a computed normal.
 ///
 /// Around points of more than 128 faces, faces of nearly one direction (within 6°) are grouped: they get one
 /// normal, and lie on one side of a crease.
 ///
 /// Triangles must have an area.
-pub(crate) fn compute_missing_normals(mesh: &mut Mesh) -> usize {
+pub(crate) fn compute_missing_normals(mesh: &mut Mesh, crease_deg: f32) -> usize {
+    let crease_cos = crease_deg.to_radians().cos();
     let missing: Vec<bool> = mesh.normals.iter().map(|&normal| normal == Vec3::ZERO).collect();
     if !missing.contains(&true) {
         return 0;
@@ -46,7 +42,7 @@ pub(crate) fn compute_missing_normals(mesh: &mut Mesh) -> usize {
         .map(|first| {
             let mut computed = Computed::default();
             for point in first..(first + POINTS).min(around.points()) {
-                computed.add_point(shared, &missing, around.of(point));
+                computed.add_point(shared, &missing, around.of(point), crease_cos);
             }
             computed
         })
@@ -101,7 +97,7 @@ struct Face {
 
 impl Computed {
     /// Adds a point with triangle corners around it.
-    fn add_point(&mut self, mesh: &Mesh, missing: &[bool], corners: &[u32]) {
+    fn add_point(&mut self, mesh: &Mesh, missing: &[bool], corners: &[u32], crease_cos: f32) {
         let vertices = mesh.triangles.as_flattened();
         let needs = |corner: &u32| missing[vertices[*corner as usize] as usize];
         if !corners.iter().any(needs) {
@@ -109,7 +105,7 @@ impl Computed {
         }
         self.faces.clear();
         self.faces.extend(corners.iter().map(|&corner| face(mesh, corner)));
-        let grouped = (corners.len() > MAX_PAIRED).then(|| group(&self.faces));
+        let grouped = (corners.len() > MAX_PAIRED).then(|| group(&self.faces, crease_cos));
         let first = self.normals.len();
         let mut by_group = HashMap::new();
         let mut begun = HashSet::new();
@@ -117,7 +113,7 @@ impl Computed {
             let vertex = vertices[corner as usize];
             let known = match &grouped {
                 None => {
-                    let normal = mean(self.faces[at].normal, &self.faces);
+                    let normal = mean(self.faces[at].normal, &self.faces, crease_cos);
                     let known = self.normals[first..]
                         .iter()
                         .position(|known| known.vertex == vertex && known.normal == normal);
@@ -164,13 +160,13 @@ fn face(mesh: &Mesh, corner: u32) -> Face {
 
 /// Mean of the faces that are not beyond a crease from one with `normal`; falls back to `normal` where the
 /// sum vanishes.
-fn mean(normal: Vec3, faces: &[Face]) -> Vec3 {
-    let near = faces.iter().filter(|other| other.normal.dot(normal) > CREASE_COS);
+fn mean(normal: Vec3, faces: &[Face], crease_cos: f32) -> Vec3 {
+    let near = faces.iter().filter(|other| other.normal.dot(normal) > crease_cos);
     near.map(|other| other.weighted).sum::<Vec3>().try_normalize().unwrap_or(normal)
 }
 
 /// Groups faces by direction. Returns the group of every face, and the normal of every group.
-fn group(faces: &[Face]) -> (Vec<usize>, Vec<Vec3>) {
+fn group(faces: &[Face], crease_cos: f32) -> (Vec<usize>, Vec<Vec3>) {
     let mut known = HashMap::new();
     let mut groups: Vec<Face> = Vec::new();
     let of_face: Vec<usize> = faces
@@ -190,7 +186,7 @@ fn group(faces: &[Face]) -> (Vec<usize>, Vec<Vec3>) {
     for group in &mut groups {
         group.normal = group.normal.normalize_or_zero();
     }
-    let normals = groups.iter().map(|group| mean(group.normal, &groups)).collect();
+    let normals = groups.iter().map(|group| mean(group.normal, &groups, crease_cos)).collect();
     (of_face, normals)
 }
 

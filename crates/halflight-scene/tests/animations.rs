@@ -3,6 +3,8 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::Folder;
 use glam::Vec3;
 use halflight_core::scene::Scene;
@@ -122,8 +124,12 @@ fn meshes_turn_about_their_axis_and_others_stay() {
 fn swaying_bends_the_top_and_leaves_the_foot() {
     let sway = "[[animation.mesh]]\nmesh = 1\nsway = { amplitude = [0, 0, 0.5], period = 8, foot = 2 }\n";
     let text = format!("{}{sway}", SCENE.split("[animation.camera]").next().unwrap());
-    let loaded = load("sway", &text);
+    let mut loaded = load("sway", &text);
+    let flat = at(&loaded, 2.0).mesh;
+    let still = Arc::make_mut(&mut loaded.scene.mesh);
+    still.normals = vec![Vec3::Z; still.positions.len()];
     let moved = at(&loaded, 2.0).mesh;
+    assert_eq!(flat.positions, moved.positions);
     let mut heights = 0;
     for (index, (from, to)) in loaded.scene.mesh.positions.iter().zip(&moved.positions).enumerate() {
         // A quarter of the period: the top is at full swing, 2 m above the foot.

@@ -82,6 +82,10 @@ const BAD: &[(&str, &str)] = &[
     ("scale = 2", "scale = 3e38"),
     ("albedo = [0.5, 0.5, 0.5]", "albedo = [0.5, 0.5, 1.5]"),
     ("albedo = [0.5, 0.5, 0.5]", "albedo = 0x7f"),
+    ("albedo = [0.5, 0.5, 0.5]", "smooth = true"),
+    ("albedo = [0.5, 0.5, 0.5]", "smooth = \"yes\""),
+    ("albedo = [0.5, 0.5, 0.5]", "smooth = \"on\"\ncrease_deg = 200"),
+    ("albedo = [0.5, 0.5, 0.5]", "crease_deg = 30"),
 ];
 
 /// Appended to the valid file.

@@ -117,18 +117,21 @@ fn computed_normals_are_smooth_over_flat_angles_and_sharp_over_edges() {
     // A cube of eight shared vertices: every face keeps its own normal, each vertex is split in three.
     let cube = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
                 f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
-    let loaded = folder.load_mesh("a.obj", cube).unwrap();
+    let loaded = folder.load_smooth("a.obj", cube).unwrap();
     assert_eq!((loaded.scene.mesh.positions.len(), loaded.report.normals_computed()), (24, 24));
-    for triangle in 0..12 {
-        let [a, b, c] = loaded.scene.mesh.corners(triangle);
-        let face = (b - a).cross(c - a).normalize();
-        let corners = &corner_normals(&loaded.scene.mesh)[triangle * 3..triangle * 3 + 3];
-        assert!(corners.iter().all(|&normal| normal == face), "{triangle}");
+    // All of it is flat, so that no normals are kept.
+    assert!(loaded.scene.mesh.normals.is_empty());
+    // Without creases, the corners of the cube are those of a ball.
+    let entry = "[[mesh]]\nfile = \"a.obj\"\nsmooth = \"on\"\ncrease_deg = 100\n";
+    let mesh = folder.load(entry).unwrap().scene.mesh;
+    for (position, normal) in mesh.positions.iter().zip(&mesh.normals) {
+        assert!(normal.dot((*position - Vec3::splat(0.5)).normalize()) > 0.95, "{position} {normal}");
     }
+    assert_eq!(mesh.positions.len(), 8);
     // A ridge of 28° between two squares is smooth, also across a seam of texture coordinates.
     let ridge = "v -4 0 0\nv 0 1 0\nv 4 0 0\nv -4 0 4\nv 0 1 4\nv 4 0 4\nvt 0 0\nvt 1 1\n\
                  f 1/1 4/1 5/1 2/1\nf 2/2 5/2 6/2 3/2\n";
-    let mesh = folder.load_mesh("a.obj", ridge).unwrap().scene.mesh;
+    let mesh = folder.load_smooth("a.obj", ridge).unwrap().scene.mesh;
     assert_eq!(mesh.positions.len(), 8);
     for (position, normal) in
         mesh.positions.iter().zip(&mesh.normals).filter(|(position, _)| position.x == 0.0)
@@ -138,7 +141,7 @@ fn computed_normals_are_smooth_over_flat_angles_and_sharp_over_edges() {
     }
     // The given normals stay, the one that is not a number is computed.
     let partly = format!("{SQUARE}vn 0 1 0\nvn nan 0 0\nf 1//1 2//1 3//2\n");
-    let loaded = folder.load_mesh("a.obj", partly).unwrap();
+    let loaded = folder.load_smooth("a.obj", partly).unwrap();
     assert_eq!(loaded.scene.mesh.normals, [Vec3::Y, Vec3::Y, Vec3::Z]);
     assert_eq!(loaded.report.normals_computed(), 1);
 }

@@ -58,8 +58,8 @@ fn numbers_that_are_not_finite_do_no_more_harm_than_they_must() {
         // Normals are computed.
         let text = format!("{SQUARE}vn {word} {word} {word}\nf 1//1 2//1 3//1 4//1\n");
         let loaded = folder.load_mesh("a.obj", text).expect(word);
-        assert!(loaded.scene.mesh.normals.iter().all(|&normal| normal == Vec3::Z), "{word}");
-        assert_eq!((loaded.report.warnings.len(), loaded.report.normals_computed()), (0, 4), "{word}");
+        assert!(loaded.scene.mesh.normals.is_empty(), "{word}");
+        assert!(loaded.report.warnings.is_empty(), "{word}");
         // Texture coordinates are 0, which matters only to a texture.
         let text = format!("{SQUARE}vt {word} 1\nf 1/1 2/1 3/1 4/1\n");
         let loaded = folder.load_mesh("a.obj", text).expect(word);
@@ -175,7 +175,7 @@ fn a_vertex_of_many_faces_gets_smooth_normals_and_keeps_its_creases() {
         let mut text = format!("v 0 {height} 0\n");
         text.extend(ring.map(|(sine, cosine)| format!("v {cosine} 0 {sine}\n")));
         text.extend((0..sides).map(|side| format!("f 1 {} {}\n", 2 + (side + 1) % sides, 2 + side)));
-        let loaded = folder.load_mesh("a.obj", text).unwrap();
+        let loaded = folder.load_smooth("a.obj", text).unwrap();
         let mesh = loaded.scene.mesh;
         assert_eq!(loaded.report.normals_computed(), mesh.positions.len());
         for triangle in &mesh.triangles {

@@ -65,11 +65,11 @@ fn between(a: u32, b: u32) -> u32 {
     return select(STEP, SHADES, hides(a, b) || hides(b, a));
 }
 
-// Which side of a pixel's plane the light is on.
+// Side of a pixel's horizon, by its shading normal, on which the light lies.
 fn side(pixel: u32) -> u32 {
     var corners = light_corners();
     let point = position[pixel].xyz;
-    let up = normal_at(pixel);
+    let up = shading_at(pixel);
     var above = 0u;
     for (var corner = 0u; corner < 4u; corner++) {
         above += u32(dot3(up, corners[corner] - point) > 0.0);

@@ -75,6 +75,8 @@ struct Frame {
     sides: u32,
     // Largest absolute coordinate of the scene.
     largest: f32,
+    // Place of the shading normals behind the geometric ones, in pixels; 0 where they are the same.
+    shading: u32,
     // The first cell of each level in buffers that hold all levels.
     levels: array<vec4<u32>, 2>,
 }

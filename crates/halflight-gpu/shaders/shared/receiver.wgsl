@@ -5,9 +5,10 @@
 struct Receiver {
     // Moved off the surface.
     origin: vec3<f32>,
+    // Shading normal.
     normal: vec3<f32>,
 }
 
 fn receiver_at(pixel: u32) -> Receiver {
-    return Receiver(position[pixel].xyz, normal_at(pixel));
+    return Receiver(position[pixel].xyz, shading_at(pixel));
 }

@@ -92,13 +92,13 @@ impl MeshMotion {
     fn apply(&self, time: f32, mesh: &mut Mesh) {
         let vertices = self.vertices.clone();
         // A scene other than the animation's own may be shorter.
-        let (Some(positions), Some(normals)) =
-            (mesh.positions.get_mut(vertices.clone()), mesh.normals.get_mut(vertices))
-        else {
-            return;
-        };
+        let Some(positions) = mesh.positions.get_mut(vertices.clone()) else { return };
+        // A scene of flat surfaces has no normals.
+        let normals = mesh.normals.get_mut(vertices).unwrap_or_default();
         if let Some(bend) = self.sway.as_ref().and_then(|sway| sway.at(time)) {
-            for (position, normal) in positions.iter_mut().zip(&mut *normals) {
+            for (index, position) in positions.iter_mut().enumerate() {
+                let mut unused = Vec3::ZERO;
+                let normal = normals.get_mut(index).unwrap_or(&mut unused);
                 (*position, *normal) = bend.vertex(*position, *normal);
             }
         }

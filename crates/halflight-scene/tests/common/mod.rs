@@ -66,4 +66,10 @@ impl Folder {
         self.write(name, content);
         self.load(&format!("[[mesh]]\nfile = \"{name}\"\n"))
     }
+
+    /// Loads one mesh file, written first, as a smooth mesh.
+    pub(crate) fn load_smooth(&self, name: &str, content: impl AsRef<[u8]>) -> Result<Loaded, String> {
+        self.write(name, content);
+        self.load(&format!("[[mesh]]\nfile = \"{name}\"\nsmooth = \"on\"\n"))
+    }
 }
