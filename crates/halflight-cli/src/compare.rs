@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use halflight_core::glam::Vec3;
-use halflight_image::{ExrFile, Window, layer_in_words, memory, picture};
+use halflight_image::{ExrFile, VISIBILITY, Window, layer_in_words, memory, picture};
 use halflight_lab::program::{print, say};
 use halflight_metrics::{CompareError, Comparison, Image, compare, is_standard_output, write_png};
 
@@ -30,8 +30,14 @@ pub(crate) fn run(args: &Compare) -> Outcome {
     if let Some(mask) = &pair.mask {
         reference = reference.with_mask(mask)?;
     }
+    if let Some(fractions) = &pair.fractions {
+        reference = reference.with_visible_fractions(fractions)?;
+    }
     let errors = compare(image, reference).map_err(|error| in_picture(error, &pair.window))?;
     say(&pair.words);
+    if let Some(reason) = no_grain(&errors, &pair).filter(|_| !args.json) {
+        say(&reason);
+    }
     if let Some(path) = &args.error_map {
         let rgb = picture::error(image, reference, args.scale)?;
         write_png(path, width, height, &rgb)?;
@@ -51,6 +57,8 @@ struct Pair {
     reference: Vec<Vec3>,
     /// Pixels that take part: those where the reference sees something, if it has depths.
     mask: Option<Vec<bool>>,
+    /// Visible fractions of the light in the reference, if it has them.
+    fractions: Option<Vec<f32>>,
     /// Account of it for people.
     words: String,
 }
@@ -70,11 +78,14 @@ impl Pair {
             words += &format!("; {window}, which both files have");
         }
         let seen = reference.plane("depth", "Z").ok().map(|depth| reference.crop(depth, &window));
+        let fractions = reference.layer(VISIBILITY).ok();
+        let fractions = fractions.map(|layer| layer.iter().map(|channels| channels.x).collect::<Vec<_>>());
         Ok(Self {
             window,
             image: image.crop(&pixels, &window),
             reference: reference.crop(&truth, &window),
             mask: seen.map(|depth| depth.iter().map(|depth| depth.is_finite()).collect()),
+            fractions: fractions.map(|fractions| reference.crop(&fractions, &window)),
             words,
         })
     }
@@ -132,25 +143,35 @@ fn common_window(image: &ExrFile, reference: &ExrFile) -> Result<Window, Box<dyn
     .into())
 }
 
+/// Returns why there is no grain, if there is none.
+fn no_grain(errors: &Comparison, pair: &Pair) -> Option<String> {
+    match (errors.grain, &pair.fractions) {
+        (Some(_), _) => None,
+        (None, None) => Some(format!(
+            "no grain: the reference has no {}, which tells penumbrae",
+            layer_in_words(VISIBILITY)
+        )),
+        (None, Some(_)) => Some("no grain: no pixel of the reference lies in a penumbra".to_owned()),
+    }
+}
+
 fn table(errors: &Comparison) -> String {
-    let Comparison { sse, nmse, nmse2, rmse, relmse, max, psnr, ssim, flip } = errors;
+    let &Comparison { sse, nmse, nmse2, rmse, relmse, max, psnr, ssim, flip, flip_p99, grain } = errors;
+    // Errors span many decades, others do not.
+    let wide = |value: f64| format!("{value:.4e}");
+    let narrow = |value: f64| format!("{value:.4}");
     let rows = [
-        ("sse", sse),
-        ("nmse", nmse),
-        ("nmse2", nmse2),
-        ("rmse", rmse),
-        ("relmse", relmse),
-        ("max", max),
-        ("psnr", psnr),
-        ("ssim", ssim),
-        ("flip", flip),
+        ("sse", wide(sse)),
+        ("nmse", wide(nmse)),
+        ("nmse2", wide(nmse2)),
+        ("rmse", wide(rmse)),
+        ("relmse", wide(relmse)),
+        ("max", wide(max)),
+        ("psnr", narrow(psnr)),
+        ("ssim", narrow(ssim)),
+        ("flip", narrow(flip)),
+        ("flip_p99", narrow(flip_p99)),
+        ("grain", grain.map_or_else(|| "-".to_owned(), narrow)),
     ];
-    let row = |(name, value): (&str, &f64)| {
-        // Errors span many decades, the last three do not.
-        match name {
-            "psnr" | "ssim" | "flip" => format!("{name:<7} {value:.4}\n"),
-            _ => format!("{name:<7} {value:.4e}\n"),
-        }
-    };
-    rows.into_iter().map(row).collect()
+    rows.into_iter().map(|(name, value)| format!("{name:<9} {value}\n")).collect()
 }

@@ -4,12 +4,11 @@ use std::path::PathBuf;
 
 use halflight_core::fragment::Fragments;
 use halflight_core::gbuffer::GBuffer;
-use halflight_core::glam::Vec3;
 use halflight_cpu::config::PipelineConfig;
 use halflight_cpu::pipeline::{Image, Pipeline};
 use halflight_cpu::prepared::PreparedScene;
 use halflight_cpu::voxel::VoxelConfig;
-use halflight_image::{ExrFile, RGB, picture};
+use halflight_image::{ExrFile, picture};
 use halflight_lab::program::say;
 use halflight_lab::reference::unlit::unlit;
 use halflight_lab::reference::voxel_errors::failures;
@@ -135,8 +134,7 @@ fn layers(
     file.add_light(&image.irradiance, &gbuffer.albedo);
     // GPUs keep no visible part.
     if !image.visibility.is_empty() {
-        let visibility: Vec<Vec3> = image.visibility.iter().map(|&part| Vec3::splat(part)).collect();
-        file.add_vectors("visibility", RGB, &visibility);
+        file.add_visibility(&image.visibility);
     }
     file.add_geometry(gbuffer);
     // -1 where nothing is seen, although cells may reach there.

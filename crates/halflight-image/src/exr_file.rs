@@ -30,6 +30,9 @@ pub const XYZ: [&str; 3] = ["X", "Y", "Z"];
 /// Name of the default layer, whose channels have no layer's name before theirs.
 pub const DEFAULT_LAYER: &str = "";
 
+/// Name of the layer of visible fractions of the light.
+pub const VISIBILITY: &str = "visibility";
+
 /// Rectangle of pixels in the coordinates that all OpenEXR windows share; pixel (0, 0) need not be the first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Window {
@@ -110,6 +113,12 @@ impl ExrFile {
         let radiance = picture::radiance(irradiance, albedo);
         self.add_vectors("radiance", RGB, &radiance);
         self.add_vectors(DEFAULT_LAYER, RGB, &radiance);
+    }
+
+    /// Adds the layer [`VISIBILITY`] of visible fractions of the light, 0 … 1, in three equal channels.
+    pub fn add_visibility(&mut self, fractions: &[f32]) {
+        let channels: Vec<Vec3> = fractions.iter().map(|&fraction| Vec3::splat(fraction)).collect();
+        self.add_vectors(VISIBILITY, RGB, &channels);
     }
 
     /// Adds the surface that each pixel sees: the layers `albedo` (0 … 1), `normal` (unit length, world space), `position`

@@ -29,5 +29,7 @@ mod exr_file;
 pub mod memory;
 pub mod picture;
 
-pub use exr_file::{DEFAULT_LAYER, ExrFile, METADATA, RGB, ReadError, Window, XYZ, layer_in_words};
+pub use exr_file::{
+    DEFAULT_LAYER, ExrFile, METADATA, RGB, ReadError, VISIBILITY, Window, XYZ, layer_in_words,
+};
 pub use glam;

@@ -10,8 +10,9 @@ const XYZ_FROM_RGB: DMat3 = DMat3::from_cols(
     DVec3::new(0.180_480_788_401_83, 0.072_192_315_360_73, 0.950_532_152_249_66),
 );
 
-/// Relative luminance of linear RGB: the Y row of the matrix.
-pub(crate) fn luminance(rgb: DVec3) -> f64 {
+/// Returns the luminance of linear RGB, of which white (1, 1, 1) has 1.
+#[must_use]
+pub fn luminance(rgb: DVec3) -> f64 {
     XYZ_FROM_RGB.row(1).dot(rgb)
 }
 

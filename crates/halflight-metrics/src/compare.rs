@@ -4,7 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     flip::flip,
+    grain::grain_of,
     pair::{CompareError, Pair},
+    percentile::p99,
     ssim::ssim,
     view::Image,
 };
@@ -44,6 +46,16 @@ pub struct Comparison {
     /// divided by the peak and clamped to 0..1. Tone curve: sRGB. Masked pixels are black in both and do not
     /// count.
     pub flip: f64,
+    /// 99th percentile, by nearest rank, of the ꟻLIP of the unmasked pixels: the worst hundredth of the image, which the
+    /// mean hides. 0 (identical) to 1.
+    pub flip_p99: f64,
+    /// Grain: visible noise of the penumbra, as a contrast; 0 (smooth) without an upper bound. The error in luminance
+    /// without its low frequencies (a Gaussian of σ 6 pixels over the penumbra's pixels alone), over the reference's
+    /// luminance in the mean of that Gaussian plus a floor of 2 % of the peak; absolute value, 99th percentile by nearest
+    /// rank over the unmasked pixels in the [`PENUMBRA`](crate::PENUMBRA). `None`, which is `null` in JSON and an empty
+    /// cell in CSV, where no pixel lies in it or the reference does not tell its
+    /// [visible fractions](Image::with_visible_fractions).
+    pub grain: Option<f64>,
 }
 
 /// Fraction of the peak below which [`Comparison::relmse`] stops growing.
@@ -72,6 +84,7 @@ pub fn compare(image: Image<'_>, reference: Image<'_>) -> Result<Comparison, Com
     }
     let channels = 3.0 * pair.count as f64;
     let rmse = (sse / channels).sqrt();
+    let mut flip = flip(&pair);
     Ok(Comparison {
         sse,
         nmse: sse / (peak * sum),
@@ -81,7 +94,9 @@ pub fn compare(image: Image<'_>, reference: Image<'_>) -> Result<Comparison, Com
         max,
         psnr: 20.0 * (peak / rmse).log10(),
         ssim: ssim(&pair),
-        flip: flip(&pair),
+        flip: flip.iter().sum::<f64>() / pair.count as f64,
+        flip_p99: p99(&mut flip).ok_or(CompareError::NoPixels)?,
+        grain: grain_of(&pair),
     })
 }
 

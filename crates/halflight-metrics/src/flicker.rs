@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::color::luminance;
 use crate::pair::{CompareError, Pair};
+use crate::percentile::p99;
 use crate::view::{Image, ShapeMismatch};
 
 /// Flicker: `|Δ image − Δ reference|` between two frames, in luminance, over the pixels unmasked in both
@@ -47,7 +48,6 @@ pub fn flicker(before: [Image<'_>; 2], after: [Image<'_>; 2]) -> Result<Flicker,
     let count = changes.len();
     let brightness = light / count as f64;
     let mean = changes.iter().sum::<f64>() / count as f64;
-    let rank = (count * 99).div_ceil(100) - 1;
-    let (_, p99, _) = changes.select_nth_unstable_by(rank, f64::total_cmp);
-    Ok(Flicker { mean: mean / brightness, p99: *p99 / brightness })
+    let p99 = p99(&mut changes).ok_or(CompareError::NoPixels)?;
+    Ok(Flicker { mean: mean / brightness, p99: p99 / brightness })
 }

@@ -30,16 +30,17 @@ const SENSITIVITY: [&[(f64, f64)]; 3] = [&[(1.0, 0.0047)], &[(1.0, 0.0053)], &[(
 /// The widest b above: it sets the radius of all three filters.
 const WIDEST: f64 = 0.04;
 
-/// Mean ꟻLIP error over the unmasked pixels, 0 (identical) to 1.
+/// ꟻLIP error of the unmasked pixels in order, 0 (identical) to 1.
 ///
 /// Exposure and tone curve: both images are divided by the reference's peak and clamped to 0..1, and
 /// displayed on an sRGB screen. Masked pixels are black in both: they add nothing except the edge that the
 /// mask draws into both images alike.
-pub(crate) fn flip(pair: &Pair<'_>) -> f64 {
+pub(crate) fn flip(pair: &Pair<'_>) -> Vec<f64> {
     let clamp = |c: DVec3| c.clamp(DVec3::ZERO, DVec3::ONE);
     let (image, reference): (Vec<_>, Vec<_>) =
         pair.map_relative((DVec3::ZERO, DVec3::ZERO), |a, b| (clamp(a), clamp(b))).into_iter().unzip();
-    pair.mean(&flip_map(&image, &reference, pair.width))
+    let map = flip_map(&image, &reference, pair.width);
+    pair.indices().map(|i| map[i]).collect()
 }
 
 /// Error of each pixel of two linear RGB images in 0..1.

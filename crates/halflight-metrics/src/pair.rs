@@ -1,6 +1,7 @@
 //! Image and its reference, validated once so that the measures themselves cannot fail.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 
 use glam::{DVec3, Vec3};
 use thiserror::Error;
@@ -52,12 +53,17 @@ pub enum CompareError {
     ZeroReference,
 }
 
+/// Visible fractions of pixels in a penumbra: 0 and 1 with a margin for the noise of a reference.
+pub const PENUMBRA: RangeInclusive<f32> = 0.002..=0.998;
+
 /// Two images of one size whose unmasked pixels are finite, with a reference that is not all zero.
 pub(crate) struct Pair<'a> {
     pub(crate) width: usize,
     image: &'a [Vec3],
     reference: &'a [Vec3],
     mask: Option<&'a [bool]>,
+    /// Visible fractions of the reference.
+    fractions: Option<&'a [f32]>,
     /// Number of unmasked pixels.
     pub(crate) count: usize,
     /// Largest absolute channel value of the reference, by which both images are divided.
@@ -72,6 +78,7 @@ impl<'a> Pair<'a> {
             image: image.pixels(),
             reference: reference.pixels(),
             mask,
+            fractions: reference.visible_fractions(),
             count: 0,
             peak: 0.0,
         };
@@ -110,6 +117,12 @@ impl<'a> Pair<'a> {
         (0..self.len()).filter(|&i| self.takes_part(i))
     }
 
+    /// Indices of the unmasked pixels in the penumbra, in order; none where the reference has no visible fractions.
+    pub(crate) fn penumbra(&self) -> Vec<usize> {
+        let Some(fractions) = self.fractions else { return Vec::new() };
+        self.indices().filter(|&i| PENUMBRA.contains(&fractions[i])).collect()
+    }
+
     /// Image and reference values of the unmasked pixels, in order.
     pub(crate) fn values(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
         self.indices().map(|i| self.at(i))
@@ -127,10 +140,5 @@ impl<'a> Pair<'a> {
             out[i] = value(self.image[i].as_dvec3() / self.peak, self.reference[i].as_dvec3() / self.peak);
         }
         out
-    }
-
-    /// Mean over the unmasked pixels, summed in order.
-    pub(crate) fn mean(&self, values: &[f64]) -> f64 {
-        self.indices().map(|i| values[i]).sum::<f64>() / self.count as f64
     }
 }

@@ -3,7 +3,8 @@
 use glam::Vec3;
 use thiserror::Error;
 
-/// Borrowed linear RGB image, rows from the top left, with an optional mask of the pixels to compare.
+/// Borrowed linear RGB image, rows from the top left, with an optional mask of the pixels to compare
+/// and, for references, the visible fraction of the light at each pixel.
 ///
 /// Pixels outside the mask may have any value, NaN included: they are never read as values.
 #[derive(Clone, Copy, Debug)]
@@ -12,6 +13,7 @@ pub struct Image<'a> {
     height: u32,
     pixels: &'a [Vec3],
     mask: Option<&'a [bool]>,
+    fractions: Option<&'a [f32]>,
 }
 
 impl<'a> Image<'a> {
@@ -27,7 +29,7 @@ impl<'a> Image<'a> {
         if pixels.len() as u64 != expected {
             return Err(ImageError::PixelCount { width, height, expected, found: pixels.len() });
         }
-        Ok(Self { width, height, pixels, mask: None })
+        Ok(Self { width, height, pixels, mask: None, fractions: None })
     }
 
     /// Masks all pixels whose entry in `mask` is false.
@@ -39,6 +41,19 @@ impl<'a> Image<'a> {
             return Err(ImageError::MaskCount { expected: self.pixels.len(), found: mask.len() });
         }
         Ok(Self { mask: Some(mask), ..self })
+    }
+
+    /// Tells the visible fraction of the light at each pixel, 0 to 1; a NaN where there is none. The fractions of a
+    /// reference say which of its pixels lie in a penumbra, where [`Comparison::grain`](crate::Comparison::grain) is
+    /// measured; those of an image under test are not used.
+    ///
+    /// # Errors
+    /// [`ImageError::FractionCount`] if there is not one fraction per pixel.
+    pub fn with_visible_fractions(self, fractions: &'a [f32]) -> Result<Self, ImageError> {
+        if fractions.len() != self.pixels.len() {
+            return Err(ImageError::FractionCount { expected: self.pixels.len(), found: fractions.len() });
+        }
+        Ok(Self { fractions: Some(fractions), ..self })
     }
 
     /// Width in pixels, at least 1.
@@ -63,6 +78,12 @@ impl<'a> Image<'a> {
     #[must_use]
     pub fn mask(&self) -> Option<&'a [bool]> {
         self.mask
+    }
+
+    /// Visible fractions of the light, one a pixel; `None` if they are not known.
+    #[must_use]
+    pub fn visible_fractions(&self) -> Option<&'a [f32]> {
+        self.fractions
     }
 
     /// Column and row of a pixel index.
@@ -90,7 +111,7 @@ impl<'a> Image<'a> {
     }
 }
 
-/// Pixels or mask that do not fit the size of an [`Image`].
+/// Pixels, mask or visible fractions that do not fit the size of an [`Image`].
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ImageError {
@@ -120,6 +141,14 @@ pub enum ImageError {
         /// Number of pixels.
         expected: usize,
         /// Number of mask entries given.
+        found: usize,
+    },
+    /// Number of visible fractions that is not the number of pixels.
+    #[error("there must be one visible fraction for each of the {expected} pixels, found {found}")]
+    FractionCount {
+        /// Number of pixels.
+        expected: usize,
+        /// Number of fractions given.
         found: usize,
     },
 }

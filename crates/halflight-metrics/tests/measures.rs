@@ -14,13 +14,15 @@ fn gray(values: &[f32]) -> Vec<Vec3> {
     values.iter().copied().map(Vec3::splat).collect()
 }
 
+/// Errors of an image whose every pixel lies in the penumbra.
 fn errors(width: u32, image: &[Vec3], reference: &[Vec3]) -> Comparison {
     let height = reference.len() as u32 / width;
     let view = |pixels| Image::new(width, height, pixels).unwrap();
-    compare(view(image), view(reference)).unwrap()
+    let half = vec![0.5; reference.len()];
+    compare(view(image), view(reference).with_visible_fractions(&half).unwrap()).unwrap()
 }
 
-fn figures(c: &Comparison) -> [(&'static str, f64); 9] {
+fn figures(c: &Comparison) -> [(&'static str, f64); 11] {
     [
         ("sse", c.sse),
         ("nmse", c.nmse),
@@ -31,6 +33,8 @@ fn figures(c: &Comparison) -> [(&'static str, f64); 9] {
         ("psnr", c.psnr),
         ("ssim", c.ssim),
         ("flip", c.flip),
+        ("flip_p99", c.flip_p99),
+        ("grain", c.grain.unwrap()),
     ]
 }
 
@@ -152,7 +156,7 @@ fn an_image_equals_itself() {
     for (width, height) in [(1, 1), (1, 40), (40, 1), (33, 21)] {
         let reference = picture(width, height);
         let c = errors(width as u32, &reference, &reference);
-        for value in [c.sse, c.nmse, c.nmse2, c.rmse, c.relmse, c.max, c.flip] {
+        for value in [c.sse, c.nmse, c.nmse2, c.rmse, c.relmse, c.max, c.flip, c.flip_p99, c.grain.unwrap()] {
             assert_eq!(value, 0.0);
         }
         assert_eq!(c.psnr, f64::INFINITY);
@@ -173,7 +177,12 @@ fn every_measure_rejects_a_perturbed_image() {
             let perturbed = errors(width as u32, &image, &reference);
             for ((name, equal), (_, perturbed)) in figures(&equal).into_iter().zip(figures(&perturbed)) {
                 let worse = if matches!(name, "psnr" | "ssim") { -1.0 } else { 1.0 };
-                assert!(worse * perturbed > worse * equal, "{name}: {perturbed} is no worse than {equal}");
+                // The only pixel of an image has no neighbours to be rougher than.
+                let told = name != "grain" || width * height > 1;
+                assert!(
+                    !told || worse * perturbed > worse * equal,
+                    "{name}: {perturbed} is no worse than {equal}"
+                );
             }
         }
     }
@@ -243,6 +252,7 @@ fn masked_pixels_take_no_part() {
         // The two remaining pixels are one above the other, as in the whole image.
         assert!((c.ssim - whole.ssim).abs() < 1e-12);
         assert!(c.flip > 0.0 && c.flip < 1.0);
+        assert!(c.flip_p99 >= c.flip && c.grain.is_none());
         // Values of masked pixels have no effect.
         let mut other = image;
         other[1] = Vec3::splat(7.0);
@@ -294,6 +304,10 @@ fn images_that_do_not_fit_their_size_are_refused() {
     assert_eq!(
         Image::new(3, 2, &pixels).unwrap().with_mask(&[true; 5]).unwrap_err(),
         ImageError::MaskCount { expected: 6, found: 5 }
+    );
+    assert_eq!(
+        Image::new(3, 2, &pixels).unwrap().with_visible_fractions(&[0.5; 7]).unwrap_err(),
+        ImageError::FractionCount { expected: 6, found: 7 }
     );
 }
 
@@ -371,7 +385,10 @@ fn figures_survive_json_and_csv() {
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer.serialize(c).unwrap();
         let table = String::from_utf8(writer.into_inner().unwrap()).unwrap();
-        assert!(table.starts_with("sse,nmse,nmse2,rmse,relmse,max,psnr,ssim,flip\n"), "{table}");
+        assert!(
+            table.starts_with("sse,nmse,nmse2,rmse,relmse,max,psnr,ssim,flip,flip_p99,grain\n"),
+            "{table}"
+        );
         let read: Vec<Comparison> =
             csv::Reader::from_reader(table.as_bytes()).deserialize().map(Result::unwrap).collect();
         assert_eq!(read, [c]);
