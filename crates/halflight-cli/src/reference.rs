@@ -59,6 +59,7 @@ pub(crate) fn run(args: &Reference) -> Outcome {
     });
     let mut file = ExrFile::new(width, height, metadata);
     file.add_light(&result.irradiance, &seen.albedo);
+    file.add_visibility(&result.visibility);
     file.add_geometry(&seen);
     file.write(&args.out)?;
     if let Some(reason) = unlit(scene.scene(), &seen, &result.irradiance) {

@@ -88,6 +88,37 @@ fn plain_images_are_compared_and_irradiance_comes_first() {
 }
 
 #[test]
+fn penumbrae_are_those_of_the_reference() {
+    const BOTH: [&str; 6] = ["R", "G", "B", "visibility.R", "visibility.G", "visibility.B"];
+    let place = Place::new("penumbrae");
+    write(&place, "plain.exr", whole(&["R", "G", "B"], 1.0));
+    write(&place, "penumbra.exr", whole(&BOTH, 0.25));
+    write(&place, "lit.exr", whole(&BOTH, 4.0));
+    for (arguments, grain, words) in [
+        ("plain.exr penumbra.exr", true, ""),
+        ("penumbra.exr plain.exr", false, "no grain: the reference has no layer `visibility`"),
+        ("plain.exr lit.exr", false, "no grain: no pixel of the reference lies in a penumbra"),
+    ] {
+        let output = place.run(&format!("compare {arguments}"));
+        let (table, said) =
+            [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap()).into();
+        assert_eq!(!table.contains("grain     -\n"), grain, "{arguments}: {table}");
+        assert!(said.contains(words) && said.contains("no grain") != grain, "{arguments}: {said}");
+        let json: Value = serde_json::from_str(&place.good(&format!("compare {arguments} --json"))).unwrap();
+        assert_eq!(json["grain"].is_number(), grain, "{json}");
+    }
+    // Files of the program tell the visible fractions themselves.
+    place.good("reference contact --size 48x36 --samples 512 --out truth.exr");
+    place.good("render contact --size 48x36 --refiner per-pixel --samples 16 --out noisy.exr");
+    place.good("render contact --size 48x36 --refiner per-pixel --samples 1024 --out smooth.exr");
+    let [noisy, smooth] = ["noisy", "smooth"].map(|image| -> f64 {
+        let json = place.good(&format!("compare {image}.exr truth.exr --json"));
+        serde_json::from_str::<Value>(&json).unwrap()["grain"].as_f64().unwrap()
+    });
+    assert!(noisy > 3.0 * smooth && smooth > 0.0, "{noisy} {smooth}");
+}
+
+#[test]
 fn pixels_are_compared_where_they_lie() {
     let place = Place::new("windows");
     const RGB: [&str; 3] = ["R", "G", "B"];

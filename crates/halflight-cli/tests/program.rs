@@ -418,13 +418,18 @@ fn compare_knows_equal_images_from_different_ones() {
     let same = errors("compare truth.exr truth.exr --json");
     let mut names = keys(&same);
     names.sort_unstable();
-    assert_eq!(names, ["flip", "max", "nmse", "nmse2", "psnr", "relmse", "rmse", "sse", "ssim"]);
+    let known =
+        ["flip", "flip_p99", "grain", "max", "nmse", "nmse2", "psnr", "relmse", "rmse", "sse", "ssim"];
+    assert_eq!(names, known);
     assert_eq!((&same["sse"], &same["psnr"], &same["ssim"]), (&0.0.into(), &Value::Null, &1.0.into()));
+    assert_eq!((&same["flip_p99"], &same["grain"]), (&0.0.into(), &0.0.into()));
     let noisy = errors("compare noisy.exr truth.exr --json --error-map error.png");
     assert!(noisy["nmse2"].as_f64().unwrap() > 0.0 && noisy["ssim"].as_f64().unwrap() < 1.0);
     assert!(place.path("error.png").is_file());
     let table = place.good("compare noisy.exr truth.exr");
-    assert_eq!(table.lines().count(), 9, "{table}");
+    assert_eq!(table.lines().count(), known.len(), "{table}");
+    let grain = table.lines().find_map(|line| line.strip_prefix("grain ")).unwrap();
+    assert!(grain.trim().parse::<f64>().unwrap() > 0.0, "{table}");
     // Geometry is the same whatever the number of samples.
     assert_eq!(errors("compare noisy.exr truth.exr --layer normal --json")["sse"], 0.0);
 

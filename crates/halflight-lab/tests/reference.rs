@@ -7,12 +7,15 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::Vec3;
+use halflight_core::frame::{LightSampling, Sharing};
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::scene::Scene;
+use halflight_cpu::config::{PipelineConfig, RefinerConfig};
 use halflight_cpu::gbuffer;
 use halflight_cpu::prepared::PreparedScene;
 use halflight_cpu::unshadowed::unshadowed;
 use halflight_lab::reference::{PASS, Reference, ReferenceConfig, ReferenceError, reference};
+use halflight_metrics::{Image, PENUMBRA, grain};
 
 const SIZE: (u32, u32) = (48, 36);
 
@@ -51,6 +54,26 @@ fn open_floor_is_the_analytic_irradiance_without_noise() {
     // Nothing is occluded: ΣgV and Σg are the same number, so the fraction is 1 and no rounding is left.
     assert_eq!(found.irradiance, expected);
     assert_eq!((found.noise_nmse2, found.samples), (0.0, 2 * PASS));
+    let lit = |pixel: usize| if expected[pixel] == Vec3::ZERO { 0.0 } else { 1.0 };
+    assert_eq!(found.visibility, (0..seen.pixels()).map(lit).collect::<Vec<f32>>());
+}
+
+#[test]
+fn visible_fractions_are_those_of_an_image_with_as_many_samples() {
+    let scene = scene("contact");
+    let found = reference(&scene, &config(4096), None, &mut |_, _| {}).unwrap();
+    let sampling = LightSampling { count: 4096, sharing: Sharing::Receiver, ..LightSampling::default() };
+    let per_pixel =
+        PipelineConfig { refiner: RefinerConfig::PerPixel, sampling, ..PipelineConfig::default() };
+    let builder = per_pixel.builder(&scene).size(SIZE.0, SIZE.1).layers(true);
+    let mut pipeline = builder.build().unwrap();
+    let image = pipeline.render().unwrap();
+    let partly = found.visibility.iter().filter(|part| PENUMBRA.contains(*part)).count();
+    assert!(partly > 50, "{partly}");
+    for (pixel, (found, expected)) in found.visibility.iter().zip(&image.visibility).enumerate() {
+        // Stratified samples on a straight edge: the fraction of one stratum of 64 a side, in each of two images.
+        assert!((found - expected).abs() < 2.0 / 64.0, "{pixel}: {found} {expected}");
+    }
 }
 
 #[test]
@@ -99,6 +122,9 @@ fn noise_falls_with_samples_and_is_what_another_seed_shows() {
     // penumbra and uncertain by some ten per cent; between 2.5 and 6.5 lies well outside that.
     let ratio = few.noise_nmse2 / many.noise_nmse2;
     assert!((2.5..6.5).contains(&ratio), "{ratio}");
+    let [coarse, fine] = [&few, &many].map(|found| found.noise_grain.unwrap());
+    // Half of the deviation, in a percentile of a few hundred pixels.
+    assert!((1.4..2.9).contains(&(coarse / fine)), "{coarse} {fine}");
     // The estimate is true: two references of different seeds differ by twice the noise of one.
     let scene = scene("contact");
     let other = ReferenceConfig { seed: 7, ..config(2 * PASS) };
@@ -107,6 +133,14 @@ fn noise_falls_with_samples_and_is_what_another_seed_shows() {
         a.iter().zip(b).map(|(a, b)| f64::from((*a - *b).length_squared())).sum()
     };
     let zero = vec![Vec3::ZERO; few.irradiance.len()];
+    let view = |found: &Reference| -> f64 {
+        let image = |pixels| Image::new(SIZE.0, SIZE.1, pixels).unwrap();
+        let reference = image(&found.irradiance).with_visible_fractions(&found.visibility).unwrap();
+        grain(image(&other.irradiance), reference).unwrap().unwrap()
+    };
+    // Errors of equal size add up to √2 of them.
+    let seen = view(&few) / (2.0f64.sqrt() * few.noise_grain.unwrap());
+    assert!((0.6..1.6).contains(&seen), "{seen}");
     let difference = squares(&few.irradiance, &other.irradiance) / squares(&few.irradiance, &zero);
     let expected = few.noise_nmse2 + other.noise_nmse2;
     // Both sides are such sums again.
@@ -198,7 +232,7 @@ fn an_image_that_no_light_reaches_is_black_and_has_no_noise() {
         change(&mut changed);
         let found = reference(&scene.moved(changed).unwrap(), &config(1), None, &mut |_, _| {}).unwrap();
         assert!(found.irradiance.iter().all(|&value| value == Vec3::ZERO));
-        assert_eq!((found.noise_nmse2, found.noise_flicker), (0.0, 0.0));
+        assert_eq!((found.noise_nmse2, found.noise_flicker, found.noise_grain), (0.0, 0.0, None));
     };
     black(&|scene| scene.lights[0] = scene.lights[0].reversed());
     black(&|scene| scene.camera.target = scene.camera.eye + Vec3::new(0.0, 1.0, 0.1));

@@ -30,7 +30,9 @@ use halflight_cpu::rays::BvhRays;
 use halflight_cpu::refine::PerPixel;
 use halflight_cpu::requests::Requests;
 use halflight_cpu::unshadowed::unshadowed;
-use halflight_metrics::{CompareError, Image, ImageError, WriteError, flicker, halves_noise};
+use halflight_metrics::{
+    CompareError, Image, ImageError, WriteError, flicker, grain, halves_noise, luminance,
+};
 use rayon::prelude::*;
 
 use halflight_image::memory::{self, NotEnough};
@@ -92,6 +94,8 @@ pub struct Reference {
     pub height: u32,
     /// Irradiance per channel, W/m²; zero where nothing is seen.
     pub irradiance: Vec<Vec3>,
+    /// Visible fraction of the unshadowed light, `ΣUF/ΣU` by luminance; zero where no light could arrive.
+    pub visibility: Vec<f32>,
     /// Light samples a pixel and light; more than asked for where the cache had more.
     pub samples: u32,
     /// Estimated NMSE₂ against the true image, from the two halves; 0 where no light arrives at all.
@@ -99,6 +103,8 @@ pub struct Reference {
     /// Estimated mean [`flicker`](flicker()) that its noise makes from frame to frame, where frames have samples of
     /// their own; from the two halves.
     pub noise_flicker: f64,
+    /// Estimated [`grain`](grain()) that its noise makes, from the two halves; `None` where no pixel lies in a penumbra.
+    pub noise_grain: Option<f64>,
 }
 
 /// Reason why there is no reference.
@@ -273,6 +279,8 @@ fn finish(scene: &Scene, seen: &GBuffer, state: &State) -> Result<Reference, Ref
         samples: state.passes * PASS,
         noise_nmse2: 0.0,
         noise_flicker: 0.0,
+        noise_grain: None,
+        visibility: visible_fractions(scene, seen, &whole),
         irradiance: whole,
     };
     if is_black(&reference.irradiance) {
@@ -289,8 +297,23 @@ fn finish(scene: &Scene, seen: &GBuffer, state: &State) -> Result<Reference, Ref
     // The halves differ by twice the error of their mean, frames by √2 of it.
     let noise_flicker = flicker([half, mean], [other, mean])?.mean / 2f64.sqrt();
     let noise_nmse2 = halves_noise(half, other)?;
+    // As in the flicker, the difference is twice the error of the mean.
+    let noise_grain =
+        grain(half, other.with_visible_fractions(&reference.visibility)?)?.map(|grain| 0.5 * grain);
     (reference.noise_flicker, reference.noise_nmse2) = (noise_flicker, noise_nmse2);
+    reference.noise_grain = noise_grain;
     Ok(reference)
+}
+
+/// Returns the visible fraction of the unshadowed light at each pixel of an image.
+fn visible_fractions(scene: &Scene, seen: &GBuffer, irradiance: &[Vec3]) -> Vec<f32> {
+    let fraction = |(pixel, visible): (usize, &Vec3)| {
+        let receiver = seen.receiver(pixel)?;
+        let all = |light: &AreaLight| light.radiance * unshadowed(light, receiver.origin, receiver.normal);
+        let all = luminance(scene.lights.iter().map(all).sum::<Vec3>().into());
+        (all > 0.0).then(|| (luminance((*visible).into()) / all) as f32)
+    };
+    irradiance.par_iter().enumerate().map(|pixel| fraction(pixel).unwrap_or(0.0)).collect()
 }
 
 /// Returns the G-buffer of a scene's camera at a size.
