@@ -1,4 +1,4 @@
-//! Charts of error against time, rays or the size of the light.
+//! Charts of an error against time, rays or the size of the light.
 
 use itertools::Itertools as _;
 
@@ -17,9 +17,56 @@ pub enum Against {
     Light,
 }
 
-/// Returns a chart of NMSE₂ (NMSE against the light's size, as in Koa17 Fig. 17) of these rows.
-pub fn chart(title: String, rows: &[&Finished], against: Against) -> Chart {
-    let marks = Marks::of(rows);
+/// Error of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measure {
+    /// NMSE₂.
+    Nmse2,
+    /// NMSE of Koa17.
+    Nmse,
+    /// 99th percentile of ꟻLIP.
+    FlipP99,
+    /// Grain of the penumbra.
+    Grain,
+}
+
+impl Measure {
+    /// Returns the error of a row, if it was measured.
+    fn of(self, row: &Finished) -> Option<f64> {
+        match self {
+            Self::Nmse2 => Some(row.record.nmse2),
+            Self::Nmse => Some(row.record.nmse),
+            Self::FlipP99 => row.record.flip_p99,
+            Self::Grain => row.record.grain,
+        }
+    }
+
+    /// Returns the error of the reference itself, where it is known.
+    fn noise(self, row: &Finished) -> Option<f64> {
+        match self {
+            Self::Nmse2 => Some(row.record.reference_noise),
+            Self::Grain => row.record.reference_grain,
+            Self::Nmse | Self::FlipP99 => None,
+        }
+    }
+
+    fn label(self) -> &'static str {
+        match self {
+            Self::Nmse2 => "NMSE₂ = SSE / Σ reference²",
+            Self::Nmse => "NMSE (Koa17)",
+            Self::FlipP99 => "FLIP, 99th percentile over the pixels",
+            Self::Grain => "grain of the penumbra, as a contrast",
+        }
+    }
+}
+
+/// Returns a chart of an error of these rows; those are left out for which it was not measured. `None` where no row is left.
+pub fn chart(title: String, rows: &[&Finished], measure: Measure, against: Against) -> Option<Chart> {
+    let rows: Vec<&Finished> = rows.iter().copied().filter(|row| measure.of(row).is_some()).collect();
+    if rows.is_empty() {
+        return None;
+    }
+    let marks = Marks::of(&rows);
     let light = against == Against::Light;
     let x = |row: &Finished| match against {
         Against::Time => row.record.total_ms,
@@ -29,10 +76,10 @@ pub fn chart(title: String, rows: &[&Finished], against: Against) -> Chart {
     let per_pixel = rows.iter().filter(|row| row.record.refiner == "per-pixel");
     let several = !per_pixel.map(|row| row.record.samples).all_equal();
     let mut series: Vec<(&str, Series)> = Vec::new();
-    for row in rows {
+    for row in &rows {
         let note =
             (row.record.refiner == "per-pixel" && several).then(|| format!("{} spp", row.record.samples));
-        let y = if light { row.record.nmse } else { row.record.nmse2 };
+        let Some(y) = measure.of(row) else { continue };
         let point = Point { x: x(row), y, name: row.label.clone(), note };
         match series.iter_mut().find(|(name, _)| *name == row.row) {
             Some((_, series)) if light => series.points.push(point),
@@ -47,17 +94,17 @@ pub fn chart(title: String, rows: &[&Finished], against: Against) -> Chart {
         Against::Rays => ("shadow rays of a frame", Scale::Log),
         Against::Light => ("light's edge, in parts of the scene file's", Scale::Linear),
     };
-    let noise = rows.iter().map(|row| row.record.reference_noise).fold(0.0, f64::max);
-    Chart {
+    let noise = rows.iter().filter_map(|row| measure.noise(row)).fold(0.0, f64::max);
+    Some(Chart {
         title,
         x_label: x_label.to_string(),
-        y_label: if light { "NMSE (Koa17)" } else { "NMSE₂ = SSE / Σ reference²" }.to_string(),
+        y_label: measure.label().to_string(),
         x_scale,
         series: series.into_iter().map(|(_, series)| series).collect(),
         key: marks.key(),
-        noise: (!light && noise > 0.0).then_some(noise),
+        noise: (noise > 0.0).then_some(noise),
         pareto: !light,
-    }
+    })
 }
 
 #[cfg(test)]
@@ -76,9 +123,31 @@ mod tests {
         ]
     }
 
+    fn measured(rows: &[Finished], measure: Measure, against: Against) -> Option<Chart> {
+        chart("A hall".to_string(), &rows.iter().collect::<Vec<_>>(), measure, against)
+    }
+
     fn chart_of(against: Against) -> Chart {
-        let rows = rows();
-        chart("A hall".to_string(), &rows.iter().collect::<Vec<_>>(), against)
+        measured(&rows(), Measure::Nmse2, against).unwrap()
+    }
+
+    #[test]
+    fn perceptual_errors_have_charts_of_the_rows_that_were_measured() {
+        let mut rows = rows();
+        rows[1].record.grain = None;
+        rows[2].record.reference_grain = Some(1e-2);
+        for (measure, points, noise, label) in [
+            (Measure::FlipP99, 4, None, "FLIP, 99th percentile"),
+            (Measure::Grain, 3, Some(1e-2), "grain of the penumbra"),
+        ] {
+            let chart = measured(&rows, measure, Against::Time).unwrap();
+            assert_eq!((chart.series.len(), chart.noise), (points, noise));
+            assert!(chart.svg().unwrap().contains(label));
+            assert!(chart.series.iter().all(|series| series.points[0].y >= 1e-5f64.sqrt()));
+        }
+        rows.iter_mut().for_each(|row| row.record.flip_p99 = None);
+        assert_eq!(measured(&rows, Measure::FlipP99, Against::Time), None);
+        assert_eq!(measured(&[], Measure::Nmse2, Against::Rays), None);
     }
 
     #[test]
@@ -138,7 +207,7 @@ mod tests {
         for (row, name) in rows.iter_mut().zip(["bvh", "beam", "raster4d", "voxel"]) {
             row.record.visibility = name.to_string();
         }
-        let chart = chart("Backends".to_string(), &rows.iter().collect::<Vec<_>>(), Against::Time);
+        let chart = measured(&rows, Measure::Nmse2, Against::Time).unwrap();
         assert_eq!(chart.key[1].title, "Colour: backend");
         let colors: std::collections::BTreeSet<[u8; 3]> =
             chart.series.iter().map(|series| series.mark.rgb).collect();
@@ -151,7 +220,7 @@ mod tests {
         let mut larger = rows.clone();
         larger.iter_mut().for_each(|row| row.record.light_scale = 2.0);
         rows.append(&mut larger);
-        let chart = chart("Sizes".to_string(), &rows.iter().collect::<Vec<_>>(), Against::Light);
+        let chart = measured(&rows, Measure::Nmse, Against::Light).unwrap();
         assert_eq!(chart.series.len(), 4);
         assert!(chart.series.iter().all(|series| series.connected && series.points.len() == 2));
         assert!(chart.front().is_empty() && chart.svg().unwrap().contains("<polyline"));

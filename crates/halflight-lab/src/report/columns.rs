@@ -6,7 +6,7 @@ use crate::results::Finished;
 /// Title of a column and its text in a row. The column is left out where all texts are empty.
 pub(super) type Column = (&'static str, fn(&Finished) -> String);
 
-pub(super) const COLUMNS: [Column; 41] = [
+pub(super) const COLUMNS: [Column; 43] = [
     ("refiner", |row| row.record.refiner.clone()),
     ("visibility", |row| row.record.visibility.clone()),
     ("parameters", |row| row.record.parameters.clone()),
@@ -34,6 +34,8 @@ pub(super) const COLUMNS: [Column; 41] = [
     ("relMSE", |row| error(Some(row.record.relmse))),
     ("SSIM", |row| format!("{:.4}", row.record.ssim)),
     ("ꟻLIP", |row| format!("{:.4}", row.record.flip)),
+    ("ꟻLIP, 99 %", |row| contrast(row.record.flip_p99)),
+    ("grain", |row| contrast(row.record.grain)),
     ("off %", |row| percent(row.record.off_share)),
     ("false shadow %", |row| percent(row.record.false_shadow)),
     ("false light %", |row| percent(row.record.false_light)),
@@ -56,6 +58,11 @@ pub(super) const COLUMNS: [Column; 41] = [
 /// Returns millions a second.
 fn per_second(count: u64, ms: f64) -> String {
     if ms > 0.0 { format!("{:.1}", count as f64 / ms * 1e-3) } else { String::new() }
+}
+
+/// Returns a perceptual error, or a dash where it was not measured.
+fn contrast(value: Option<f64>) -> String {
+    value.map_or("–".to_string(), |value| format!("{value:.4}"))
 }
 
 /// Returns a share in percent.

@@ -10,7 +10,7 @@ use super::page::{Figure, report};
 use crate::analysis::{equal_error, equal_time, flicker, paper, scaling};
 use crate::experiment::plan::{scene_label, slug};
 use crate::experiment::{Experiment, FlickerChoice, Scaling};
-use crate::plot::errors::{self, Against};
+use crate::plot::errors::{self, Against, Measure};
 use crate::plot::{self, Drawing};
 use crate::results::record::write_csv;
 use crate::results::{Finished, Outcome};
@@ -71,9 +71,15 @@ fn charts(experiment: &Experiment, outcome: &Outcome, out: &Path) -> Result<Vec<
         }
         let (name, here) = (sized(&setting.label, experiment), vec![setting.slug.clone()]);
         if experiment.scaling.is_none() {
-            for (against, words) in [(Against::Time, "time"), (Against::Rays, "rays")] {
-                let chart = errors::chart(format!("{name}: error against {words}"), &rows, against);
-                charts.draw(format!("{}-{words}", setting.slug), &chart, here.clone())?;
+            for (measure, against, words, file) in [
+                (Measure::Nmse2, Against::Time, "error against time", "time"),
+                (Measure::FlipP99, Against::Time, "FLIP against time", "time-flip"),
+                (Measure::Grain, Against::Time, "grain against time", "time-grain"),
+                (Measure::Nmse2, Against::Rays, "error against rays", "rays"),
+            ] {
+                if let Some(chart) = errors::chart(format!("{name}: {words}"), &rows, measure, against) {
+                    charts.draw(format!("{}-{file}", setting.slug), &chart, here.clone())?;
+                }
             }
         }
         if let Some(constant) = &experiment.sweep
@@ -94,14 +100,10 @@ fn charts(experiment: &Experiment, outcome: &Outcome, out: &Path) -> Result<Vec<
             let slugs: Vec<String> = mine.map(|setting| setting.slug.clone()).collect();
             let rows: Vec<&Finished> =
                 outcome.rows.iter().filter(|row| slugs.contains(&row.setting)).collect();
-            if !rows.is_empty() {
-                let [width, height] = size;
-                let name = format!("{}, {width} × {height}", scene_label(choice));
-                let chart = errors::chart(
-                    format!("{name}: error against the size of the light"),
-                    &rows,
-                    Against::Light,
-                );
+            let [width, height] = size;
+            let title =
+                format!("{}, {width} × {height}: error against the size of the light", scene_label(choice));
+            if let Some(chart) = errors::chart(title, &rows, Measure::Nmse, Against::Light) {
                 charts.draw(format!("{}-light", slugs[0]), &chart, slugs[..1].to_vec())?;
             }
         }

@@ -91,10 +91,16 @@ pub struct Record {
     pub psnr: Option<f64>,
     /// Structural similarity.
     pub ssim: f64,
-    /// LDR-FLIP.
+    /// Mean LDR-FLIP.
     pub flip: f64,
+    /// 99th percentile of LDR-FLIP over the pixels; empty in rows of programs that did not measure it.
+    pub flip_p99: Option<f64>,
+    /// Grain of the penumbra; empty where no pixel lies in one, and in rows of programs that did not measure it.
+    pub grain: Option<f64>,
     /// Estimated NMSE₂ of the reference itself.
     pub reference_noise: f64,
+    /// Estimated grain of the reference itself.
+    pub reference_grain: Option<f64>,
     /// Commit of the program.
     pub commit: String,
     /// Processor, cores and system.
@@ -284,6 +290,8 @@ pub(crate) mod tests {
                 nmse2: error,
                 relmse: 1.0 / 3.0,
                 psnr: Some(41.5),
+                flip_p99: Some(error.sqrt()),
+                grain: Some(2.0 * error.sqrt()),
                 reference_noise: 1e-7,
                 commit: "abc1234".to_string(),
                 machine: "a processor, 2 cores, linux".to_string(),
@@ -305,6 +313,7 @@ pub(crate) mod tests {
         equal.psnr = None;
         (equal.flicker_mean, equal.flicker_nmse2) = (Some(1e-3 / 3.0), Some(0.0));
         (equal.false_shadow, equal.off_share, equal.missed) = (Some(1.0 / 3.0), Some(0.0), Some(7));
+        (equal.flip_p99, equal.grain) = (Some(1.0 / 3.0), Some(1e-300));
         equal.parameters = "a=1;b=\"x\", y".to_string();
         let records = vec![finished("nichols", "delaunay", 0.1 + 0.2, 1e-300).record, equal];
         write_csv(&path, &records).unwrap();
@@ -316,7 +325,7 @@ pub(crate) mod tests {
             "experiment,scene,triangles,width,height,refiner,parameters,visibility,upsampler,shading,samples,\
              pattern,sharing,light_scale,seed,device,threads,fragments,rays,rays_refine,rays_final,rays_skipped,\
              gbuffer_ms,pyramid_ms,refine_ms,visibility_ms,irradiance_ms,upsample_ms,compose_ms,total_ms,\
-             sse,nmse,nmse2,relmse,psnr,ssim,flip,reference_noise,commit,machine,\
+             sse,nmse,nmse2,relmse,psnr,ssim,flip,flip_p99,grain,reference_noise,reference_grain,commit,machine,\
              prepare_ms,lit,umbra,spared,listed,walked,left_to_rays,entries,pairs,kept,relevant,unprojected,\
              false_shadow,false_light,off_share,self_occlusion,thickness,out_of_view,missed,\
              flicker_mean,flicker_p99,flicker_nmse2,\
@@ -335,6 +344,13 @@ pub(crate) mod tests {
             assert!(rows.iter().all(|row| row.total_ms > 0.0), "{}", table.display());
             let known = |row: &Record| RefinerConfig::NAMES.contains(&row.refiner.as_str());
             assert!(rows.iter().all(known), "{}", table.display());
+            let measured = std::fs::read_to_string(&table).unwrap().contains("flip_p99,grain");
+            assert!(
+                rows.iter()
+                    .all(|row| row.flip_p99.is_some() == measured && (measured || row.grain.is_none())),
+                "{}",
+                table.display()
+            );
         }
     }
 

@@ -131,7 +131,7 @@ impl Bench<'_> {
             errors,
             failures: failures.as_ref(),
             frames: running.frames,
-            reference_noise: self.truth.reference.noise_nmse2,
+            reference: &self.truth.reference,
             provenance: self.provenance,
         };
         let finished = Finished {

@@ -6,6 +6,7 @@ use halflight_metrics::Comparison;
 
 use super::timing::Medians;
 use crate::experiment::plan::{Row, Setting, word};
+use crate::reference::Reference;
 use crate::reference::voxel_errors::Failures;
 use crate::results::{FrameError, Means, Provenance, Record};
 
@@ -21,7 +22,7 @@ pub(crate) struct Measured<'a> {
     pub(crate) errors: Comparison,
     pub(crate) failures: Option<&'a Failures>,
     pub(crate) frames: &'a [FrameError],
-    pub(crate) reference_noise: f64,
+    pub(crate) reference: &'a Reference,
     pub(crate) provenance: &'a Provenance,
 }
 
@@ -70,7 +71,10 @@ impl Measured<'_> {
             psnr: errors.psnr.is_finite().then_some(errors.psnr),
             ssim: errors.ssim,
             flip: errors.flip,
-            reference_noise: self.reference_noise,
+            flip_p99: Some(errors.flip_p99),
+            grain: errors.grain,
+            reference_noise: self.reference.noise_nmse2,
+            reference_grain: self.reference.noise_grain,
             commit: self.provenance.commit.clone(),
             machine: self.provenance.machine.clone(),
             prepare_ms: prepare,

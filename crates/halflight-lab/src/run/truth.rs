@@ -57,9 +57,11 @@ impl Truth {
         Ok(Self { scene, reference, paper, gbuffer, receivers })
     }
 
+    /// Returns pixels as an image to compare, with the visible fractions of the reference.
     pub(super) fn image<'a>(&'a self, pixels: &'a [Vec3]) -> Result<Image<'a>> {
-        let (width, height) = (self.reference.width, self.reference.height);
-        Ok(Image::new(width, height, pixels)?.with_mask(&self.receivers)?)
+        let Reference { width, height, visibility, .. } = &self.reference;
+        let image = Image::new(*width, *height, pixels)?;
+        Ok(image.with_mask(&self.receivers)?.with_visible_fractions(visibility)?)
     }
 
     pub(super) fn write_picture(&self, path: &Path, irradiance: &[Vec3]) -> Result<()> {
