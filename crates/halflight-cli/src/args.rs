@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, Parser, Subcommand};
-use halflight_cpu::config::{Named, RefinerConfig, UpsamplerConfig, VisibilityConfig};
+use halflight_cpu::config::{Named, Quality, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 
 use crate::paths::{HELP, OutputPath};
 
@@ -164,16 +164,21 @@ pub(crate) struct Choices {
     /// no certificates and no triangulation.
     #[arg(long, default_value = "cpu", value_parser = PossibleValuesParser::new(DEVICES))]
     pub(crate) device: String,
-    /// NMSE₂ to come down to: the lattice with as many light samples and as fine cells as that takes. What is to be expected
-    /// is among the statistics [default: 1e-4, unless samples or other stages are chosen].
-    #[arg(long, value_name = "NMSE2", value_parser = target, conflicts_with_all = ["refiner", "upsampler", "shading", "samples"])]
+    /// Quality of the picture, as bounds on NMSE₂ and on visible noise: the lattice with as many light samples and as fine cells as they
+    /// take. draft: 3e-4 and a tenth of the local brightness; good: 1e-4 and a twenty-fifth, clean at 4× zoom; final: 1e-5 and a
+    /// seventieth [default: good, unless samples or other stages are chosen].
+    #[arg(long, value_name = "QUALITY", value_parser = PossibleValuesParser::new(Quality::ALL.map(Quality::name)), conflicts_with_all = ["refiner", "upsampler", "shading", "samples"])]
+    pub(crate) quality: Option<String>,
+    /// NMSE₂ to come down to, without a bound on visible noise: the lattice with as many light samples and as fine cells as that takes. What
+    /// is to be expected is among the statistics.
+    #[arg(long, value_name = "NMSE2", value_parser = target, conflicts_with_all = ["refiner", "upsampler", "shading", "samples", "quality"])]
     pub(crate) error: Option<f32>,
     /// Interpolate only where it is certified that no thin shadow is missed. The lattice with a backend that certifies:
     /// bvh, beam or auto.
     #[arg(long, conflicts_with_all = ["refiner", "upsampler", "shading"])]
     pub(crate) certify: bool,
     /// Which fragments the image is made of; a name brings the refiner's own constants and an upsampler that fits it
-    /// [default: lattice, at an error target].
+    /// [default: lattice, at a quality].
     #[arg(long, value_parser = names::<RefinerConfig>())]
     pub(crate) refiner: Option<String>,
     /// Backend that answers shadow rays; auto is beam where few triangles lie between receivers and light, and bvh elsewhere [default: auto].
@@ -186,7 +191,7 @@ pub(crate) struct Choices {
     /// Quantity that is interpolated: irradiance, or the visible fraction [default: ratio].
     #[arg(long, value_parser = ["sampled", "ratio"])]
     pub(crate) shading: Option<String>,
-    /// Light samples of a full mask, 1 to 4096 [default: as many as the error target takes; 64 without one].
+    /// Light samples of a full mask, 1 to 4096 [default: as many as the quality or the error target takes; 64 without one].
     #[arg(long, value_name = "N")]
     pub(crate) samples: Option<u32>,
     /// Placement of light samples in their strata [default: jittered; shifted-rows for raster4d, which needs rows].

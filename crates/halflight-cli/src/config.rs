@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use halflight_core::frame::LightSampling;
-use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
+use halflight_cpu::config::{
+    Named, PipelineConfig, Quality, RefinerConfig, UpsamplerConfig, VisibilityConfig,
+};
 use serde_json::{Map, Value, json};
 
 use crate::args::Choices;
@@ -58,13 +60,18 @@ fn options(choices: &Choices) -> Value {
     let text = |option: &Option<String>| option.as_ref().map(|value| json!(value));
     put("width", choices.size.map(|(width, _)| json!(width)));
     put("height", choices.size.map(|(_, height)| json!(height)));
-    let lattice = choices.error.is_some() || choices.certify;
+    let quality = choices.quality.as_deref().and_then(|name| name.parse::<Quality>().ok());
+    let lattice = choices.error.is_some() || quality.is_some() || choices.certify;
     let mut refiner = choices.refiner.as_ref().map(|name| json!({ "name": name }));
     if lattice {
         refiner = Some(json!({ "name": "lattice", "certify": choices.certify }));
     }
     if let (Some(refiner), Some(error)) = (&mut refiner, choices.error) {
         refiner["target"] = json!(error);
+    }
+    if let (Some(refiner), Some(quality)) = (&mut refiner, quality) {
+        let lattice = quality.lattice();
+        (refiner["target"], refiner["grain"]) = (json!(lattice.target), json!(lattice.grain));
     }
     put("refiner", refiner);
     put("visibility", choices.visibility.as_ref().map(|name| json!({ "name": name })));
@@ -136,7 +143,15 @@ impl Layered {
         }
         let layer = &layer;
         self.upsampler |= layer.get("upsampler").is_some();
-        self.target |= layer.pointer("/refiner/target").is_some();
+        let target = layer.pointer("/refiner/target").is_some();
+        self.target |= target;
+        // A target alone bounds NMSE₂ and nothing else.
+        if target
+            && layer.pointer("/refiner/grain").is_none()
+            && let Some(grain) = self.keys.pointer_mut("/refiner/grain")
+        {
+            *grain = json!(0.0);
+        }
         if self.choose::<RefinerConfig>(layer)? && !self.upsampler {
             let upsampler = self.finish()?.refiner.upsampler();
             self.keys["upsampler"] = serde_json::to_value(upsampler).map_err(|error| error.to_string())?;

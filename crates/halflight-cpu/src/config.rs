@@ -17,10 +17,10 @@ use crate::pipeline::{Pipeline, PipelineBuilder, PipelineError};
 use crate::prepared::PreparedScene;
 use crate::raster4d::{Raster4d, Raster4dConfig};
 use crate::rays::BvhRays;
-pub use crate::refine::DEFAULT_TARGET;
 use crate::refine::{
     DiscontinuityLimits, Lattice, LatticeConfig, Nichols, NicholsConfig, PerPixel, SfvtGass, SfvtGassConfig,
 };
+pub use crate::refine::{Quality, UnknownQuality};
 use crate::upsample::{
     self, Bilinear, BilinearConfig, Delaunay, DelaunayConfig, RbfAdaptive, RbfAdaptiveConfig, RbfFixed,
     RbfFixedConfig, RbfRobust, RbfRobustConfig,
@@ -203,10 +203,10 @@ impl Default for PipelineConfig {
     }
 }
 
-/// The lattice at an error target of [`DEFAULT_TARGET`].
+/// The lattice at the default [`Quality`].
 impl Default for RefinerConfig {
     fn default() -> Self {
-        Self::Lattice(LatticeConfig { target: DEFAULT_TARGET, ..LatticeConfig::default() })
+        Self::Lattice(Quality::default().lattice())
     }
 }
 

@@ -23,7 +23,7 @@ use crate::flush::{self, FlushLight};
 use crate::irradiance::{self, Shading};
 use crate::prepared::PreparedScene;
 use crate::raster4d::Raster4dError;
-use crate::refine::{DEFAULT_TARGET, Lattice, LatticeConfig};
+use crate::refine::{Lattice, Quality};
 use crate::requests::Requests;
 use crate::voxel::VoxelError;
 use crate::{gbuffer, pyramid, upsample};
@@ -295,10 +295,7 @@ impl Pipeline {
             visibility: Box::new(Beam::or_rays(Arc::clone(scene.bvh()))),
             bvh: Arc::clone(scene.bvh()),
             size: (640, 480),
-            refiner: Box::new(Lattice::new(LatticeConfig {
-                target: DEFAULT_TARGET,
-                ..LatticeConfig::default()
-            })),
+            refiner: Box::new(Lattice::new(Quality::default().lattice())),
             upsampler: Box::new(upsample::Lattice::default()),
             shading: Shading::default(),
             sampling: LightSampling::default(),

@@ -5,6 +5,7 @@ mod lattice;
 mod nichols;
 mod per_pixel;
 mod pixel_set;
+mod quality;
 mod representative;
 mod sfvt_gass;
 mod target;
@@ -14,6 +15,7 @@ mod tests;
 pub use lattice::{Lattice, LatticeConfig};
 pub use nichols::{Nichols, NicholsConfig};
 pub use per_pixel::PerPixel;
+pub use quality::{Quality, UnknownQuality};
 pub use sfvt_gass::{SfvtGass, SfvtGassConfig};
 pub use target::{Budget, Steps};
 
@@ -24,10 +26,6 @@ use halflight_core::mask::MaskBatch;
 use halflight_core::pattern::Pattern;
 use halflight_core::stages::Visibility;
 use rayon::prelude::*;
-
-/// NMSE₂ that a frame comes down to where nothing else is chosen: the noise of 64 jittered samples in every pixel of a hall is
-/// 3e-5 to 1e-4.
-pub const DEFAULT_TARGET: f32 = 1e-4;
 
 /// Thresholds at which geometry alone splits a fragment. None of the papers gives values.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]

@@ -36,17 +36,20 @@ const DEVIATION: f64 = 0.02;
 const DECAY: f64 = 0.75;
 const DEVIATIONS: f64 = 2.5;
 
+/// Floor of the local brightness, relative to the root mean square of the irradiance: about a fiftieth of the brightest pixels.
+const FLOOR: f32 = 0.06;
+
 /// Fraction of the error target that is left to noise.
 pub(super) const NOISE_SHARE: f64 = 0.6;
 
 /// Range of the number of samples along one side of the light. Fewer than 16 samples miss too much; more than
 /// 1,024 have no visible effect.
 const SIDES: std::ops::RangeInclusive<u16> = LEAST_SIDE..=32;
-const LEAST_SIDE: u16 = 4;
+pub(super) const LEAST_SIDE: u16 = 4;
 
 /// Pilot samples along one side. Every receiver gets as many if more than [`ONCE`] are needed; then only
 /// receivers in the penumbra get all samples.
-const FIRST: u16 = 8;
+pub(super) const FIRST: u16 = 8;
 
 /// Most samples along one side that every receiver gets at once. Fully lit receivers and those in umbra cost
 /// little, by packets as by beams, and a second batch costs more. Nor is anything missed between a few first
@@ -140,6 +143,10 @@ pub(super) struct SamplingPlan {
     every: Pattern,
     /// Mean square of the irradiance per radiance; 0 for the same tolerance everywhere.
     pub(super) energy: f64,
+    /// Pattern for receivers whose noise would be visible; `full` without a bound on it.
+    pub(super) fine: Pattern,
+    /// Root mean square of the irradiance per radiance.
+    rms: f32,
 }
 
 /// Error targets above which cells of level 1 and 2 are kept across depth discontinuities: three times the
@@ -160,7 +167,16 @@ impl Default for SamplingPlan {
 impl SamplingPlan {
     /// Plan with one pattern for all receivers.
     pub(super) fn fixed(pattern: Pattern, error: f32) -> Self {
-        Self { first: pattern, full: pattern, error, least: error, every: pattern, energy: 0.0 }
+        Self {
+            first: pattern,
+            full: pattern,
+            error,
+            least: error,
+            every: pattern,
+            energy: 0.0,
+            fine: pattern,
+            rms: 0.0,
+        }
     }
 
     /// Plan of the pilot samples, from which the final plan is made.
@@ -169,8 +185,8 @@ impl SamplingPlan {
     }
 
     /// Plan that reaches an error target (NMSE₂), by the pilot samples of receivers that are evenly
-    /// distributed over the image.
-    pub(super) fn reach(target: f32, kind: PatternKind, pilot: &[PilotSample]) -> Self {
+    /// distributed over the image; with at least `least` samples along a side of the light.
+    pub(super) fn reach(target: f32, least: u16, kind: PatternKind, pilot: &[PilotSample]) -> Self {
         let budget = Budget::new(target);
         let energy: f64 = pilot.iter().map(PilotSample::energy).sum();
         let noisy: Vec<&PilotSample> = pilot.iter().filter(|one| one.variance > 0.0).collect();
@@ -184,15 +200,40 @@ impl SamplingPlan {
             }
             low
         };
-        let side = side_for(budget.noise);
+        let side = side_for(budget.noise).max(least);
         Self {
             first: square(kind, if side <= ONCE { side } else { FIRST }),
             full: square(kind, side),
             error: budget.error(side),
             least: Budget::least(side),
-            every: square(kind, side_for(f64::from(target))),
+            every: square(kind, side_for(f64::from(target)).max(least)),
             energy: energy / pilot.len().max(1) as f64,
+            fine: square(kind, side),
+            rms: (energy / pilot.len().max(1) as f64).sqrt() as f32,
         }
+    }
+
+    /// Plan with enough samples for nine of ten receivers whose noise exceeds `most` of the local irradiance.
+    pub(super) fn with_visible_noise(self, most: f32, pilot: &[PilotSample]) -> Self {
+        let mut sides: Vec<f32> = pilot
+            .iter()
+            .map(|one| {
+                let noise = one.variance.sqrt() / self.brightness(one.fraction, one.unshadowed);
+                f32::from(FIRST) * (noise / most).powf(1.0 / 1.5)
+            })
+            .filter(|&side| side > f32::from(self.full.columns))
+            .collect();
+        sides.sort_unstable_by(f32::total_cmp);
+        let side = sides.get(sides.len() * 9 / 10).map_or(0, |side| side.ceil() as u16);
+        let side = side.clamp(self.full.columns, *SIDES.end());
+        Self { fine: square(self.full.kind, side), ..self }
+    }
+
+    /// Visible fraction that counts as the local brightness where errors are compared with it: a floor is added, since dark
+    /// places are seen beside bright ones.
+    #[inline]
+    pub(super) fn brightness(&self, fraction: f32, unshadowed: f32) -> f32 {
+        fraction + FLOOR * self.rms / unshadowed.max(f32::MIN_POSITIVE)
     }
 
     /// Plan with one tolerance, independent of the strength of the light.
@@ -445,7 +486,7 @@ mod tests {
         let one = PilotSample { unshadowed: 1.0, fraction: 0.5, variance: 4e-4, disagreement: 0.07 };
         let lit = PilotSample { unshadowed: 1.0, fraction: 1.0, ..PilotSample::default() };
         let pilot: Vec<PilotSample> = [one; 10].into_iter().chain([lit; 90]).collect();
-        let reach = |target| SamplingPlan::reach(target, PatternKind::Jittered, &pilot);
+        let reach = |target| SamplingPlan::reach(target, LEAST_SIDE, PatternKind::Jittered, &pilot);
         // Noise is 10 · 4e-4 over an energy of 92.5: 4.3e-5 with 64 samples.
         let (coarse, fine, finest) = (reach(1e-3), reach(1e-4), reach(1e-6));
         assert!(coarse.full.len() < 64 && coarse.first == coarse.full);
@@ -456,7 +497,7 @@ mod tests {
         let disagreement: Vec<PilotSample> =
             pilot.iter().map(|one| PilotSample { disagreement: 0.5, ..*one }).collect();
         assert!(
-            SamplingPlan::reach(1e-5, PatternKind::Jittered, &disagreement).full.len()
+            SamplingPlan::reach(1e-5, LEAST_SIDE, PatternKind::Jittered, &disagreement).full.len()
                 > reach(1e-5).full.len()
         );
         // Edges are discontinuities for targets that keep no cell across discontinuities.
@@ -464,6 +505,6 @@ mod tests {
         assert_eq!([0.0, 1e-4, 4e-5, 2e-5].map(|target| Steps::new(target).level), [2, 2, 1, 0]);
         assert!([3e-5, 1e-5].iter().all(|&target| Steps::new(target) == Steps { level: 0, edge: EDGE }));
         // A dark image needs the fewest samples.
-        assert_eq!(SamplingPlan::reach(1e-4, PatternKind::Jittered, &[]).full.len(), 16);
+        assert_eq!(SamplingPlan::reach(1e-4, LEAST_SIDE, PatternKind::Jittered, &[]).full.len(), 16);
     }
 }

@@ -9,11 +9,11 @@ use halflight_core::mask::MaskBatch;
 use halflight_core::values::NO_VALUE;
 use rayon::prelude::*;
 
-use super::Lattice;
 use super::view::View;
+use super::{Lattice, NOISE_IN_GRAIN};
 use crate::compose::luminance;
 use crate::irradiance;
-use crate::refine::target::{Neighbours, PilotSample, SamplingPlan};
+use crate::refine::target::{FIRST, LEAST_SIDE, Neighbours, PilotSample, SamplingPlan};
 use crate::unshadowed::{roughly_unshadowed, unshadowed_many};
 
 /// Number of pixels whose unshadowed irradiance is computed together (`TOGETHER`), and number that fills a
@@ -46,6 +46,16 @@ impl Lattice {
                 *fraction = irradiance::fraction(light, batch, sample.first as usize).unwrap_or(NO_VALUE);
             },
         );
+        if self.bounds_grain() {
+            let neighbours = neighbours_of(fragments);
+            self.variances.resize(fragments.samples().len(), 0.0);
+            let variances = self.variances[known..].par_iter_mut().zip(&self.fractions[known..]);
+            variances.zip(samples).with_min_len(256).for_each(|((variance, &fraction), sample)| {
+                let batch = fragments.batch(sample.batch);
+                let neighbours = &neighbours[usize::from(sample.batch)];
+                *variance = noise_of(neighbours, batch, sample.first as usize, fraction);
+            });
+        }
     }
 
     /// Computes the visible fractions of all queries of a batch, which belong to the samples with indices
@@ -57,6 +67,13 @@ impl Lattice {
         queries.map(fraction).collect_into_vec(&mut self.renewed);
         for (&sample, &fraction) in samples.iter().zip(&self.renewed) {
             self.fractions[sample as usize] = fraction;
+        }
+        if self.bounds_grain() {
+            let neighbours = Neighbours::new(batch.pattern());
+            for (query, &sample) in samples.iter().enumerate() {
+                let fraction = self.fractions[sample as usize];
+                self.variances[sample as usize] = noise_of(&neighbours, batch, query, fraction);
+            }
         }
     }
 
@@ -91,7 +108,12 @@ impl Lattice {
         };
         let known = self.fractions.par_iter().zip(&self.unshadowed);
         fragments.samples().par_iter().zip(known).map(pilot).collect_into_vec(&mut self.pilot);
-        self.plan = SamplingPlan::reach(self.config.target, view.frame.pattern.kind, &self.pilot);
+        let least = if self.bounds_grain() { FIRST } else { LEAST_SIDE };
+        self.plan = SamplingPlan::reach(self.config.target, least, view.frame.pattern.kind, &self.pilot);
+        if self.bounds_grain() {
+            let most = NOISE_IN_GRAIN * self.config.grain;
+            self.plan = self.plan.with_visible_noise(most, &self.pilot);
+        }
         if !self.config.validate {
             self.plan = self.plan.alike_everywhere();
         }
@@ -124,7 +146,11 @@ impl Lattice {
             };
             let sample = &fragments.samples()[index as usize];
             let (batch, query) = (fragments.batch(sample.batch), sample.first as usize);
-            let variance = neighbours[usize::from(sample.batch)].variance(batch, query).0;
+            let variance = if self.smoothed {
+                self.variances[index as usize]
+            } else {
+                neighbours[usize::from(sample.batch)].variance(batch, query).0
+            };
             let fraction = match self.fractions.get(index as usize) {
                 Some(&fraction) => fraction.max(0.0),
                 None => irradiance::fraction(light, batch, query).unwrap_or(0.0),
@@ -177,6 +203,20 @@ impl Lattice {
     }
 }
 
+/// Neighbourhoods of the patterns of all batches.
+fn neighbours_of(fragments: &Fragments) -> Vec<Neighbours> {
+    fragments.batches().iter().map(|batch| Neighbours::new(batch.pattern())).collect()
+}
+
+/// Standard deviation of the fraction of a mask whose samples all agree, in samples.
+const AGREED: f32 = 0.4;
+
+/// Expected squared error of the visible fraction of a query, where those whose samples all agree are uncertain as well.
+fn noise_of(neighbours: &Neighbours, batch: &MaskBatch, query: usize, fraction: f32) -> f32 {
+    let found = if fraction > 0.0 && fraction < 1.0 { neighbours.variance(batch, query).0 } else { 0.0 };
+    found.max((AGREED / batch.pattern().len() as f32).powi(2))
+}
+
 /// Sums over the traced pixels, per radiance.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Measured {
@@ -220,7 +260,7 @@ pub(super) fn rough_irradiance_of(
     roughly_unshadowed(light, &origins[..count], &normals[..count], &mut out[..count]);
 }
 
-/// Positions and normals of up to [`TOGETHER`] pixels, and their number. Entries without a receiver have the
+/// Positions and shading normals of up to [`TOGETHER`] pixels, and their number. Entries without a receiver have the
 /// position of the previous one and a zero normal.
 fn receivers(
     gbuffer: &GBuffer,
@@ -231,7 +271,7 @@ fn receivers(
     for pixel in pixels.take(TOGETHER) {
         let pixel = pixel as usize;
         if gbuffer.is_receiver(pixel) {
-            (last, normals[count]) = (gbuffer.position[pixel], gbuffer.normal[pixel]);
+            (last, normals[count]) = (gbuffer.position[pixel], gbuffer.shading_normals()[pixel]);
         }
         origins[count] = last;
         count += 1;

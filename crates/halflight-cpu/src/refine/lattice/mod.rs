@@ -1,6 +1,7 @@
 //! The lattice refiner: masks at the corners of quadtree cells, refined where the visible fraction cannot be
 //! predicted.
 
+mod denoise;
 mod error_estimate;
 mod split_test;
 mod validate;
@@ -56,6 +57,10 @@ pub struct LatticeConfig {
     /// assumed to be that of the bundled scenes, and the interpolation tolerance does not depend on the
     /// strength of the light. The GPU never validates, whatever the value.
     pub validate: bool,
+    /// Bound on visible errors, relative to the irradiance around them, or 0 for none: 0. With an error target only. Receivers whose noise would
+    /// exceed it get more samples, cells are split where interpolation may, and the visible fractions are smoothed as far as their noise explains
+    /// the differences.
+    pub grain: f32,
     /// Limits of the tangent-plane test.
     #[serde(alias = "rise")]
     pub discontinuity: DiscontinuityLimits,
@@ -64,9 +69,23 @@ pub struct LatticeConfig {
 impl Default for LatticeConfig {
     fn default() -> Self {
         let discontinuity = DiscontinuityLimits::default();
-        Self { coarsest_level: 3, error: 0.05, target: 0.0, certify: false, validate: true, discontinuity }
+        Self {
+            coarsest_level: 3,
+            error: 0.05,
+            target: 0.0,
+            certify: false,
+            validate: true,
+            grain: 0.0,
+            discontinuity,
+        }
     }
 }
+
+/// Noise of a sample before smoothing, relative to the bound on visible errors.
+const NOISE_IN_GRAIN: f32 = 1.5;
+
+/// Interpolation tolerance relative to the bound on visible errors: between corners on a smooth surface, errors are a fraction of it.
+const TOLERANCE_IN_GRAIN: f32 = 2.0;
 
 /// Pixel without a mask.
 const NONE: u32 = u32::MAX;
@@ -139,6 +158,9 @@ pub struct Lattice {
     corners: Vec<u32>,
     /// Visible fraction of every sample; NaN where the light lies below its horizon.
     fractions: Vec<f32>,
+    /// Expected squared error of every sample's fraction, for a bound on visible errors; after smoothing if `smoothed`.
+    variances: Vec<f32>,
+    smoothed: bool,
     /// Unshadowed irradiance per radiance of every sample, for an error target.
     unshadowed: Vec<f32>,
     /// Number of pixels that see geometry, for an error target.
@@ -193,6 +215,11 @@ impl Lattice {
         Self { config, ..Self::default() }
     }
 
+    /// True if visible errors are bounded.
+    fn bounds_grain(&self) -> bool {
+        self.config.grain > 0.0 && self.config.target > 0.0
+    }
+
     /// Level of the coarsest cells.
     fn top(&self) -> u8 {
         self.config.coarsest_level.min(MAX_LEVEL)
@@ -224,6 +251,7 @@ impl Lattice {
             if self.plan.full.len() > pilot.len() {
                 self.top_up(view, 0, Purpose::Refine, visibility, fragments);
             }
+            self.refine_noise(view, 0, Purpose::Refine, visibility, fragments);
         }
         if level > 0 {
             let measurements = cells.par_iter().zip(&mut verdicts).with_min_len(256);
@@ -306,11 +334,10 @@ impl Lattice {
         }
         trace_pixels(view.frame, view.light, &self.fresh, visibility, fragments.batch_mut(batch));
         self.evaluate(view, known, fragments);
-        if self.plan.full == self.plan.first {
-            self.recent.extend(self.fresh.iter().map(|&pixel| (pixel, level)));
-            return;
+        if self.plan.full != self.plan.first {
+            self.top_up(view, known, purpose, visibility, fragments);
         }
-        self.top_up(view, known, purpose, visibility, fragments);
+        self.refine_noise(view, known, purpose, visibility, fragments);
         self.recent.extend(self.fresh.iter().map(|&pixel| (pixel, level)));
     }
 
@@ -333,7 +360,71 @@ impl Lattice {
                 self.partly_samples.push(index);
             }
         }
-        let batch = fragments.open_batch(self.plan.full, purpose);
+        self.trace_again(view, self.plan.full, purpose, visibility, fragments);
+    }
+
+    /// Traces more light samples for the receivers whose noise would be visible, among samples from `known` on.
+    fn refine_noise(
+        &mut self,
+        view: &View,
+        known: usize,
+        purpose: Purpose,
+        visibility: &mut dyn Visibility,
+        fragments: &mut Fragments,
+    ) {
+        if !self.bounds_grain() || self.plan.fine.len() <= self.plan.full.len() {
+            return;
+        }
+        let most = self.config.grain * NOISE_IN_GRAIN;
+        self.partly.clear();
+        self.partly_samples.clear();
+        for index in known..self.fractions.len() {
+            let (fraction, variance) = (self.fractions[index], self.variances[index]);
+            let bright = self.plan.brightness(fraction, self.unshadowed[index]);
+            if fraction > 0.0 && fraction < 1.0 && variance > (most * bright).powi(2) {
+                self.partly.push(fragments.samples()[index].pixel);
+                self.partly_samples.push(index as u32);
+            }
+        }
+        self.trace_again(view, self.plan.fine, purpose, visibility, fragments);
+    }
+
+    /// Traces more light samples for receivers that seem to be in umbra beside others that are not.
+    fn refine_umbra(&mut self, view: &View, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
+        if self.plan.fine.len() <= self.plan.first.len() {
+            return;
+        }
+        let fine = self.plan.fine.len();
+        let is_beside = |(index, &fraction): (usize, &f32)| {
+            let sample = &fragments.samples()[index];
+            fraction == 0.0
+                && fragments.batch(sample.batch).pattern().len() < fine
+                && self.is_beside_penumbra(view, sample.pixel)
+        };
+        let known: Vec<bool> =
+            self.fractions.par_iter().enumerate().with_min_len(256).map(is_beside).collect();
+        self.partly.clear();
+        self.partly_samples.clear();
+        for index in (0..known.len()).filter(|&index| known[index]) {
+            self.partly.push(fragments.samples()[index].pixel);
+            self.partly_samples.push(index as u32);
+        }
+        self.trace_again(view, self.plan.fine, Purpose::Final, visibility, fragments);
+    }
+
+    /// Traces the receivers in `partly` again with another pattern.
+    fn trace_again(
+        &mut self,
+        view: &View,
+        pattern: Pattern,
+        purpose: Purpose,
+        visibility: &mut dyn Visibility,
+        fragments: &mut Fragments,
+    ) {
+        if self.partly.is_empty() {
+            return;
+        }
+        let batch = fragments.open_batch(pattern, purpose);
         trace_pixels(view.frame, view.light, &self.partly, visibility, fragments.batch_mut(batch));
         for (query, &sample) in (0..).zip(&self.partly_samples) {
             let sample = fragments.sample_mut(sample);
@@ -373,7 +464,15 @@ impl Lattice {
         self.wanted.drain(&mut self.fresh);
         let batch = fragments.open_batch(self.plan.full, Purpose::Final);
         trace_pixels(view.frame, view.light, &self.fresh, visibility, fragments.batch_mut(batch));
+        let known = fragments.samples().len();
         fragments.push_pixels(batch, &self.fresh);
+        if self.bounds_grain() {
+            for (index, &pixel) in (known as u32..).zip(&self.fresh) {
+                self.corners[pixel as usize] = index;
+            }
+            self.evaluate(view, known, fragments);
+            self.refine_noise(view, 0, Purpose::Final, visibility, fragments);
+        }
         self.certificate_counts.traced = if self.config.certify { fragments.cells().len() as u64 } else { 0 };
     }
 
@@ -452,6 +551,8 @@ impl Refiner for Lattice {
         self.wanted.reset(gbuffer.width, gbuffer.height);
         self.fractions.clear();
         self.unshadowed.clear();
+        self.variances.clear();
+        self.smoothed = false;
         self.risk = Risk::default();
         self.measured = None;
         self.receivers = if self.config.target > 0.0 {
@@ -505,6 +606,10 @@ impl Refiner for Lattice {
             self.descend_all(&view, visibility, fragments);
             round += 1;
         }
+        if self.bounds_grain() {
+            self.refine_umbra(&view, visibility, fragments);
+            self.denoise(&view, fragments);
+        }
         self.expected = (self.config.target > 0.0).then(|| self.predict_error(&view, fragments));
         for &(cell, verdict) in self.kept.iter().flatten() {
             if self.config.certify {
@@ -551,7 +656,7 @@ impl Refiner for Lattice {
             + self.recent.capacity() * size_of::<(u32, u8)>()
             + self.verdicts.capacity()
             + self.suspected.capacity()
-            + self.unshadowed.capacity() * 4
+            + (self.unshadowed.capacity() + self.variances.capacity()) * 4
             + self.probes.capacity() * size_of::<Probe>()
             + self.weighed.capacity() * size_of::<Weighed>()
             + self.ranked.capacity() * size_of::<(f64, u32)>()

@@ -5,10 +5,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use halflight_core::gbuffer::GBuffer;
 use rayon::prelude::*;
 
-use super::{Lattice, NONE, Square, Verdict, View};
+use super::{Lattice, NONE, Square, TOLERANCE_IN_GRAIN, Verdict, View};
 use crate::corners::Corners;
 use crate::refine::representative::{cell_rect, faces_away};
 use crate::tangent_plane::Between;
+
+/// Least interpolation tolerance, in standard deviations of the noise at the corners.
+const DEVIATIONS: f32 = 2.5;
 
 impl Lattice {
     pub(super) fn keep(&mut self, gbuffer: &GBuffer, cell: Square, verdict: Verdict) {
@@ -65,7 +68,34 @@ impl Lattice {
         if self.config.target <= 0.0 {
             return self.plan.error;
         }
-        self.plan.tolerance(self.strongest(corners))
+        let strongest = self.strongest(corners);
+        let tolerance = self.plan.tolerance(strongest);
+        if self.bounds_grain() {
+            tolerance.min(self.visible_tolerance(corners, strongest))
+        } else {
+            tolerance
+        }
+    }
+
+    /// Interpolation tolerance for a bound on visible errors: relative to the brightness at the corners, but no less than what the noise of
+    /// those that see part of the light explains.
+    fn visible_tolerance(&self, corners: &Corners, strongest: f32) -> f32 {
+        let (mut sum, mut noise, mut count) = (0.0, 0.0, 0.0);
+        for sample in
+            corners.pixels().map(|pixel| self.corners[pixel]).into_iter().filter(|&sample| sample != NONE)
+        {
+            let fraction = self.fractions[sample as usize];
+            if !fraction.is_nan() {
+                sum += fraction;
+                count += 1.0;
+            }
+            if fraction > 0.0 && fraction < 1.0 {
+                noise += self.variances[sample as usize];
+            }
+        }
+        let count = f32::max(count, 1.0);
+        let visible = self.config.grain * TOLERANCE_IN_GRAIN * self.plan.brightness(sum / count, strongest);
+        visible.max(DEVIATIONS * (noise / count).sqrt())
     }
 
     /// Largest unshadowed irradiance per radiance at a cell's corners.

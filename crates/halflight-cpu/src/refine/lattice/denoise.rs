@@ -1,0 +1,129 @@
+//! Smoothing of visible fractions: samples are averaged with others on the same surface as far as their noise explains the differences.
+//!
+//! Masks of neighbouring receivers have independent noise, which shows as blotches between corners. A penumbra is smooth
+//! at the scale of its width, so that two samples on opposite sides of a third average to its fraction: such a pair has
+//! no error from a gradient, and one from a curvature shows when pairs are compared. Pairs are taken along four directions, each
+//! as far as its pairs agree with what is known so far. Directional windows by comparison of estimates with their confidence intervals are those of
+//! Katkovnik, Foi, Egiazarian and Astola 2010, "From Local Kernel to Nonlocal Multiple-Model Image Denoising", section 4.
+
+use halflight_core::fragment::Fragments;
+use rayon::prelude::*;
+
+use super::{Lattice, NONE, View};
+
+/// Distances of the samples of a pair from the one between them, pixels.
+const STRIDES: [i32; 5] = [1, 2, 4, 8, 16];
+
+/// Directions of pairs.
+const DIRECTIONS: [(i32, i32); 4] = [(1, 0), (0, 1), (1, 1), (1, -1)];
+
+/// Most standard deviations by which a pair differs from a single sample, and from the mean of several.
+const FROM_ONE: f32 = 3.0;
+const FROM_SEVERAL: f32 = 2.0;
+
+/// Visible fraction and its expected squared error.
+#[derive(Clone, Copy, Debug)]
+struct Estimate {
+    fraction: f32,
+    variance: f32,
+}
+
+/// Sum of fractions and of their expected squared errors.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sum {
+    fractions: f32,
+    variances: f32,
+    count: f32,
+}
+
+impl Sum {
+    fn add(&mut self, other: Self) {
+        self.fractions += other.fractions;
+        self.variances += other.variances;
+        self.count += other.count;
+    }
+
+    /// True if a pair differs from the mean no more than noise explains.
+    fn agrees(&self, pair: &Self) -> bool {
+        let difference = pair.fractions / pair.count - self.fractions / self.count;
+        // Variances are estimates that depend on the fractions, so that their mean is taken.
+        let variance = (self.variances + pair.variances) / (self.count + pair.count);
+        let most = if self.count > 1.0 { FROM_SEVERAL } else { FROM_ONE };
+        difference * difference <= most * most * variance * (1.0 / pair.count + 1.0 / self.count)
+    }
+}
+
+impl Lattice {
+    /// Replaces the visible fractions of all samples, and their expected errors, by smoothed ones.
+    pub(super) fn denoise(&mut self, view: &View, fragments: &Fragments) {
+        let samples = fragments.samples().par_iter().zip(&self.fractions).zip(&self.variances);
+        let smooth = |((sample, &fraction), &variance)| {
+            let pixel: &halflight_core::fragment::Sample = sample;
+            self.smoothed_estimate(view, pixel.pixel, Estimate { fraction, variance })
+        };
+        let smoothed: Vec<Estimate> = samples.with_min_len(64).map(smooth).collect();
+        for (estimate, (fraction, variance)) in
+            smoothed.into_iter().zip(self.fractions.iter_mut().zip(&mut self.variances))
+        {
+            (*fraction, *variance) = (estimate.fraction, estimate.variance);
+        }
+        self.smoothed = true;
+        self.measured = None;
+    }
+
+    /// Smoothed estimate of a sample.
+    fn smoothed_estimate(&self, view: &View, pixel: u32, own: Estimate) -> Estimate {
+        if own.fraction.is_nan() {
+            return own;
+        }
+        let mut sum = Sum { fractions: own.fraction, variances: own.variance, count: 1.0 };
+        let mut varies = own.fraction > 0.0 && own.fraction < 1.0;
+        let mut open = [true; DIRECTIONS.len()];
+        for stride in STRIDES {
+            let mut ring = Sum::default();
+            for (&(dx, dy), open) in DIRECTIONS.iter().zip(&mut open).filter(|(_, open)| **open) {
+                let (dx, dy) = (dx * stride, dy * stride);
+                let Some(a) = self.estimate_at(view, pixel, (dx, dy)) else { continue };
+                let Some(b) = self.estimate_at(view, pixel, (-dx, -dy)) else { continue };
+                let pair = Sum {
+                    fractions: a.fraction + b.fraction,
+                    variances: a.variance + b.variance,
+                    count: 2.0,
+                };
+                *open = sum.agrees(&pair);
+                if *open {
+                    varies |= a.fraction != own.fraction || b.fraction != own.fraction;
+                    ring.add(pair);
+                }
+            }
+            sum.add(ring);
+        }
+        if !varies {
+            return Estimate { variance: 0.0, ..own };
+        }
+        Estimate { fraction: sum.fractions / sum.count, variance: sum.variances / (sum.count * sum.count) }
+    }
+
+    /// Estimate at an offset from a pixel, if there is a sample with a fraction on the same surface.
+    fn estimate_at(&self, view: &View, pixel: u32, offset: (i32, i32)) -> Option<Estimate> {
+        let gbuffer = view.gbuffer;
+        let x = (pixel % gbuffer.width).checked_add_signed(offset.0).filter(|&x| x < gbuffer.width)?;
+        let y = (pixel / gbuffer.width).checked_add_signed(offset.1).filter(|&y| y < gbuffer.height)?;
+        let other = gbuffer.index(x, y);
+        let sample = self.corners[other];
+        let fraction = if sample == NONE { return None } else { self.fractions[sample as usize] };
+        let apart = offset.0.unsigned_abs().max(offset.1.unsigned_abs());
+        let usable = !fraction.is_nan() && !view.planes.is_discontinuity(pixel as usize, other, apart);
+        usable.then(|| Estimate { fraction, variance: self.variances[sample as usize] })
+    }
+
+    /// True if the nearest sample in any direction, on the same surface, sees some of the light.
+    pub(super) fn is_beside_penumbra(&self, view: &View, pixel: u32) -> bool {
+        let both = DIRECTIONS.into_iter().flat_map(|(dx, dy)| [(dx, dy), (-dx, -dy)]);
+        both.into_iter().any(|(dx, dy)| {
+            let nearest =
+                STRIDES.iter().find_map(|stride| self.estimate_at(view, pixel, (dx * stride, dy * stride)));
+            nearest.is_some_and(|estimate| estimate.fraction > 0.0)
+        })
+    }
+}
