@@ -214,3 +214,33 @@ fn a_trial_that_sees_more_noise_takes_more_samples() {
     twins.alter(&bench, &config(1e-4), wrong);
     assert!(error(&bench, &twins) > 1e-4);
 }
+
+#[test]
+fn visible_errors_are_bounded_as_on_the_cpu() {
+    let Some(bench) = Bench::open() else { return };
+    let quality = |grain: f32| {
+        let refiner = RefinerConfig::Lattice(LatticeConfig { grain, ..lattice(1e-4) });
+        PipelineConfig { refiner, ..config(1e-4) }
+    };
+    let error = |twins: &Twins| error(&bench, twins);
+    let (plain, bounded) = (quality(0.0), quality(0.04));
+    let mut twins = Twins::render(&bench, "contact", &bounded, true);
+    // Both have noise of their own, which smoothing takes away, and the GPU's samples are more.
+    let smoothed = error(&twins);
+    let noisy = error(&Twins::render(&bench, "contact", &plain, true));
+    assert!(smoothed < 0.7 * noisy, "{smoothed} {noisy}");
+    let [found, expected] = stats(&bench, &mut twins).map(|stats| stats.expected_nmse2.unwrap());
+    assert!((0.2..3.0).contains(&(found / expected)), "{found} {expected}");
+    // Without smoothing, and with smoothing over everything.
+    twins.alter(&bench, &bounded, ["refine/lattice_smooth", "if varies {", "if false {"]);
+    let unsmoothed = error(&twins);
+    assert!(unsmoothed > 1.2 * smoothed, "{unsmoothed} {smoothed}");
+    twins.alter(&bench, &bounded, ["refine/lattice_smooth", "if !agree(sum, pair) {", "if false {"]);
+    let blurred = error(&twins);
+    assert!(blurred > 5.0 * smoothed, "{blurred} {smoothed}");
+    // With cells as coarse as the target alone allows.
+    let [cells, _] = samples(&bench, &mut twins);
+    twins.alter(&bench, &bounded, ["shared/visible_tolerance", "if GRAIN <= 0.0", "if GRAIN <= 1.0"]);
+    let [fewer, _] = samples(&bench, &mut twins);
+    assert!(fewer < cells, "{fewer} {cells}");
+}

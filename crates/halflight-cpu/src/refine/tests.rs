@@ -428,3 +428,73 @@ fn cells_split_where_surfaces_may_shade_each_other_and_where_the_light_sets() {
         (3, 0, 0, 3)
     );
 }
+
+/// Visible fractions by pixel, where every pixel has a mask.
+fn every_fraction(floor: &Floor, grain: f32, seen: impl Fn(u32, u32) -> u64 + Send) -> Vec<f32> {
+    let config = LatticeConfig { coarsest_level: 0, target: 1e-4, grain, ..LatticeConfig::default() };
+    let (fragments, _, known) = floor.refine_known(&mut Lattice::new(config), seen);
+    let mut fractions = vec![f32::NAN; floor.gbuffer.pixels()];
+    for (sample, fraction) in fragments.samples().iter().zip(known) {
+        fractions[sample.pixel as usize] = fraction;
+    }
+    assert!(fractions.iter().all(|fraction| !fraction.is_nan()));
+    fractions
+}
+
+#[test]
+fn noise_is_smoothed_where_it_explains_the_differences() {
+    let floor = Floor::new(160, 64);
+    // A penumbra of 96 pixels across, lit by 8 to 56 of 64 samples; noise is at most one and a half samples.
+    let ramp = |x: u32| 8.0 + 0.5 * (x as f32 - 32.0).clamp(0.0, 96.0);
+    let noise = |x: u32, y: u32| halflight_core::hash::unit_pair(x * 7919 + y * 104_729).0 * 3.0 - 1.5;
+    let truth = every_fraction(&floor, 0.0, |x, _| first(ramp(x).round() as u32));
+    let noisy = |x: u32, y: u32| first((ramp(x) + noise(x, y)).round() as u32);
+    let error = |grain: f32| {
+        let found = every_fraction(&floor, grain, noisy);
+        found.iter().zip(&truth).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>()
+    };
+    let (raw, smoothed) = (error(0.0), error(0.04));
+    assert!(smoothed < 0.2 * raw, "{smoothed} {raw}");
+    // Edges, lines and spots of a pixel stay what they are.
+    for sharp in [
+        (|x, _| if x < 77 { 0 } else { u64::MAX }) as fn(u32, u32) -> u64,
+        |x, _| if x == 77 { 0 } else { u64::MAX },
+        |x, y| if (x, y) == (77, 30) { 0 } else { u64::MAX },
+        |x, y| if x / 9 % 2 == y / 7 % 2 { first(20) } else { first(60) },
+    ] {
+        let (plain, found) = (every_fraction(&floor, 0.0, sharp), every_fraction(&floor, 0.04, sharp));
+        assert!(plain.iter().zip(&found).all(|(a, b)| (a - b).abs() < 1e-6));
+    }
+    // Another surface has no say: the right half lies a metre lower.
+    let mut steps = Floor::new(160, 64);
+    for pixel in (0..steps.gbuffer.pixels()).filter(|pixel| pixel % 160 >= 77) {
+        steps.gbuffer.primitive[pixel] = 1;
+        steps.gbuffer.position[pixel].y -= 1.0;
+    }
+    let two = |x: u32, _: u32| if x < 77 { first(30) } else { first(32) };
+    let (plain, found) = (every_fraction(&steps, 0.0, two), every_fraction(&steps, 0.04, two));
+    assert!(plain.iter().zip(&found).all(|(a, b)| (a - b).abs() < 1e-6));
+}
+
+#[test]
+fn receivers_with_visible_noise_get_more_samples() {
+    let floor = Floor::new(128, 64);
+    // A dark penumbra: one or two of 64 samples.
+    let dark = |x: u32, y: u32| if x < 64 { 0 } else { first(1 + ((x * 7919 + y * 104_729) % 97 / 48)) };
+    let samples_of = |quality: Quality| {
+        let config = LatticeConfig { coarsest_level: 0, ..quality.lattice() };
+        let (fragments, _) = floor.refine(&mut Lattice::new(config), dark);
+        let of = |x: u32| {
+            let at = |sample: &&Sample| sample.pixel == 128 * 20 + x;
+            let sample = fragments.samples().iter().find(at).unwrap();
+            fragments.batch(sample.batch).pattern().len()
+        };
+        // In the penumbra; in the umbra beside it, which may only seem to be; and far inside the umbra.
+        [of(90), of(63), of(20)]
+    };
+    let [draft, good, best] = Quality::ALL.map(samples_of);
+    assert!(draft[0] <= good[0] && good[0] < best[0], "{draft:?} {good:?} {best:?}");
+    for [partly, beside, umbra] in [good, best] {
+        assert!(partly > 64 && beside == partly && umbra == 64, "{partly} {beside} {umbra}");
+    }
+}

@@ -1,5 +1,5 @@
 // Split test, per waiting cell of a level: from the visible fractions of its corners to kept or split.
-//@ needs shared/children shared/fractions shared/inside shared/representative
+//@ needs shared/children shared/inside shared/representative shared/visible_tolerance
 
 @compute @workgroup_size(8, 8)
 fn split_test(@builtin(global_invocation_id) at: vec3<u32>) {
@@ -33,11 +33,12 @@ fn passes_split_test(cell: vec2<u32>) -> bool {
     }
     let low = min(min(found.x, found.y), min(found.z, found.w));
     let high = max(max(found.x, found.y), max(found.z, found.w));
-    return high - low <= frame.error || is_predicted(cell, corners, found);
+    let tolerance = tolerance_between(corners, found);
+    return high - low <= tolerance || is_predicted(cell, corners, found, tolerance);
 }
 
 // True if the parent's corners predicted this cell's fractions.
-fn is_predicted(cell: vec2<u32>, corners: Corners, found: vec4<f32>) -> bool {
+fn is_predicted(cell: vec2<u32>, corners: Corners, found: vec4<f32>, tolerance: f32) -> bool {
     if frame.level >= frame.coarsest || discontinuities_inside(frame.level + 1u, cell / 2u) != NOTHING {
         return false;
     }
@@ -46,7 +47,7 @@ fn is_predicted(cell: vec2<u32>, corners: Corners, found: vec4<f32>) -> bool {
     for (var number = 0u; number < 4u; number++) {
         let expected = interpolated(parent, known, corner_at(corners, number));
         // Without a fraction at the parent's corners there is no prediction.
-        if !expected.exists || abs(expected.value - found[number]) > frame.error {
+        if !expected.exists || abs(expected.value - found[number]) > tolerance {
             return false;
         }
     }
@@ -70,6 +71,7 @@ fn is_unlit(cell: vec2<u32>) -> bool {
 // True if a cell across a depth discontinuity can be interpolated: corners on one surface agree, and a corner
 // that is alone on its surface is fully lit or in umbra.
 fn passes_step_test(corners: Corners, found: vec4<f32>) -> bool {
+    let tolerance = tolerance_between(corners, found);
     for (var one = 0u; one < 4u; one++) {
         let here = corner_at(corners, one);
         if !is_receiver(pixel_of(here)) {
@@ -85,7 +87,7 @@ fn passes_step_test(corners: Corners, found: vec4<f32>) -> bool {
             // Negative values are undefined: two undefined ones agree, a defined and an undefined one do not.
             let both = found[one] >= 0.0 && found[other] >= 0.0;
             let neither = found[one] < 0.0 && found[other] < 0.0;
-            if !(neither || (both && abs(found[one] - found[other]) <= frame.error)) {
+            if !(neither || (both && abs(found[one] - found[other]) <= tolerance)) {
                 return false;
             }
         }

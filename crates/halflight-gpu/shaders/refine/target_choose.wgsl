@@ -10,6 +10,9 @@ override WHOLE_TARGET: f32 = 0.0;
 override NOISE_TARGET: f32 = 0.0;
 override INTERPOLATION: f32 = 0.0;
 
+// Fewest samples along one side of the light where visible errors are bounded.
+override LEAST_SIDE: u32 = 4u;
+
 // Fewest and most samples along one side of the light, and number of pilot samples.
 const LEAST: u32 = 4u;
 const MOST: u32 = 20u;
@@ -77,8 +80,9 @@ fn choose(@builtin(local_invocation_index) lane: u32) {
             noise[side] += noises[other][side];
         }
     }
-    let side = min(side_for(noise, NOISE_TARGET * energy), SIDES - 1u);
-    let every = side_for(noise, WHOLE_TARGET * energy);
+    let least = LEAST_SIDE - LEAST;
+    let side = clamp(side_for(noise, NOISE_TARGET * energy), least, SIDES - 1u);
+    let every = max(side_for(noise, WHOLE_TARGET * energy), least);
     chosen[0] = choice_of(side);
     // None in foliage: there the number of receivers that see part of the light decides, and interpolation
     // saves most of them.

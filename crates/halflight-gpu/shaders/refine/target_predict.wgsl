@@ -1,7 +1,10 @@
 // Estimates the squared error of one light's irradiance by luminance, per tile: from the masks at the corners
 // of cells (halflight-cpu/src/refine/lattice/error_estimate.rs).
 //@ needs shared/fractions shared/inside shared/tiles shared/unshadowed
-//@ reads owners
+//@ reads owners plane
+
+// True if fractions are smoothed: `plane` then holds the noise that is left.
+override SMOOTHED: bool = false;
 
 // Mean squared errors of the visible fraction in cells whose corners agree, in cells whose corners differ
 // (relative to the squared difference), and of both kinds across a depth discontinuity: `assumed` in
@@ -45,7 +48,11 @@ fn expected(level: u32, first: vec2<u32>) -> f32 {
     }
     var error = 0.0;
     if level == 0u {
-        error = select(0.0, variance_at(pixel_of(first)), high >= low);
+        var variance = variance_at(pixel_of(first));
+        if SMOOTHED {
+            variance = plane[pixel_of(first)];
+        }
+        error = select(0.0, variance, high >= low);
     } else {
         let difference = clamp(high - low, 0.0, frame.error);
         error = select(AGREED, CURVATURE * difference * difference, difference > 0.0);

@@ -21,6 +21,7 @@ use crate::stats::Timed;
 programs! {
     DISCONTINUITIES: "discontinuities" = find in "refine/discontinuities";
     GATHER: "discontinuities: gather" = gather in "refine/discontinuities_gather";
+    SMOOTH: "lattice: smooth" = smooth_fractions in "refine/lattice_smooth";
     VALUE: "lattice: value" = value in "refine/lattice_value";
     SPLIT_TEST: "lattice: split test" = split_test in "refine/lattice_split_test";
     CLOSE_CRACKS: "lattice: close cracks" = close_cracks in "refine/lattice_close_cracks";
@@ -41,6 +42,8 @@ pub(super) struct Lattice {
     value: Pass,
     split_test: Pass,
     close_cracks: Pass,
+    /// Smoothing of visible fractions, where visible errors are bounded.
+    smooth: Option<Pass>,
     target: Option<Target>,
 }
 
@@ -56,7 +59,13 @@ impl Lattice {
                 reason: "no backend certifies anything here; leave `certify` out",
             });
         }
-        let target = (config.target > 0.0).then(|| Target::new(compiler, config.target)).transpose()?;
+        let grain = if config.target > 0.0 { config.grain } else { 0.0 };
+        // Irradiance itself is computed from masks.
+        let smooths = grain > 0.0 && shading == Shading::Ratio;
+        let target = (config.target > 0.0)
+            .then(|| Target::new(compiler, config.target, grain, smooths))
+            .transpose()?;
+        let grain = ("GRAIN", f64::from(grain));
         let edge = Steps::new(config.target).edge;
         let noisy = ("NOISY", flag(target.is_some()));
         Ok(Self {
@@ -66,8 +75,9 @@ impl Lattice {
             gather: compiler.pass(GATHER, &[])?,
             request: Request::new(compiler, true)?,
             value: compiler.pass(VALUE, &[shading_flag(shading), noisy])?,
-            split_test: compiler.pass(SPLIT_TEST, &[])?,
-            close_cracks: compiler.pass(CLOSE_CRACKS, &[])?,
+            split_test: compiler.pass(SPLIT_TEST, &[grain])?,
+            close_cracks: compiler.pass(CLOSE_CRACKS, &[grain])?,
+            smooth: smooths.then(|| compiler.pass(SMOOTH, &[])).transpose()?,
             target,
         })
     }
@@ -145,6 +155,9 @@ impl Refiner for Lattice {
             for level in (0..coarsest.max(1)).rev() {
                 self.commit(recorder, tracer, first, level);
             }
+        }
+        if let Some(smooth) = &self.smooth {
+            recorder.run(smooth, Timed::Refine, first, Groups::Tiles(0));
         }
         self.cells.find_owners(recorder, first);
         if let Some(target) = &self.target {

@@ -12,7 +12,7 @@ use crate::bindings::Slot;
 use crate::error::GpuError;
 use crate::frame::{Frame, GpuPattern};
 use crate::needs::Needs;
-use crate::pass::{Compiler, Pass};
+use crate::pass::{Compiler, Pass, flag};
 use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
 use crate::stats::{ENERGY, EXPECTED, Timed};
@@ -56,10 +56,14 @@ impl Target {
     /// of the light a second time where that is not enough.
     pub(super) const WORDS: u32 = (Budget::ONCE as u32 * Budget::ONCE as u32).div_ceil(32);
 
-    pub(super) fn new(compiler: &Compiler, target: f32) -> Result<Self, GpuError> {
+    pub(super) fn new(compiler: &Compiler, target: f32, grain: f32, smooths: bool) -> Result<Self, GpuError> {
         let Budget { noise, interpolation } = Budget::new(target);
-        let constants =
-            [("WHOLE_TARGET", target.into()), ("NOISE_TARGET", noise), ("INTERPOLATION", interpolation)];
+        let constants = [
+            ("WHOLE_TARGET", target.into()),
+            ("NOISE_TARGET", noise),
+            ("INTERPOLATION", interpolation),
+            ("LEAST_SIDE", f64::from(Budget::least_side(grain))),
+        ];
         let [_, one, two] = Budget::DENSE.map(|share| f64::from(share.unwrap_or(f32::MAX)));
         let sum = |counter: usize| compiler.pass(SUM, &[("COUNTER", counter as f64)]);
         Ok(Self {
@@ -68,7 +72,7 @@ impl Target {
             choose: compiler.pass(CHOOSE, &constants)?,
             count: compiler.pass(COUNT, &[])?,
             decide: compiler.pass(DECIDE, &[("SHARE_1", one), ("SHARE_2", two)])?,
-            predict: compiler.pass(PREDICT, &[])?,
+            predict: compiler.pass(PREDICT, &[("SMOOTHED", flag(smooths))])?,
             sum_predicted: sum(EXPECTED)?,
             measure: compiler.pass(MEASURE, &[])?,
             sum_energy: sum(ENERGY)?,
