@@ -218,8 +218,8 @@ fn a_trial_that_sees_more_noise_takes_more_samples() {
 #[test]
 fn visible_errors_are_bounded_as_on_the_cpu() {
     let Some(bench) = Bench::open() else { return };
-    let quality = |grain: f32| {
-        let refiner = RefinerConfig::Lattice(LatticeConfig { grain, ..lattice(1e-4) });
+    let quality = |visible_error: f32| {
+        let refiner = RefinerConfig::Lattice(LatticeConfig { visible_error, ..lattice(1e-4) });
         PipelineConfig { refiner, ..config(1e-4) }
     };
     let error = |twins: &Twins| error(&bench, twins);
@@ -240,7 +240,11 @@ fn visible_errors_are_bounded_as_on_the_cpu() {
     assert!(blurred > 5.0 * smoothed, "{blurred} {smoothed}");
     // With cells as coarse as the target alone allows.
     let [cells, _] = samples(&bench, &mut twins);
-    twins.alter(&bench, &bounded, ["shared/visible_tolerance", "if GRAIN <= 0.0", "if GRAIN <= 1.0"]);
+    twins.alter(
+        &bench,
+        &bounded,
+        ["shared/visible_tolerance", "if VISIBLE_ERROR <= 0.0", "if VISIBLE_ERROR <= 1.0"],
+    );
     let [fewer, _] = samples(&bench, &mut twins);
     assert!(fewer < cells, "{fewer} {cells}");
 }

@@ -71,7 +71,7 @@ fn options(choices: &Choices) -> Value {
     }
     if let (Some(refiner), Some(quality)) = (&mut refiner, quality) {
         let lattice = quality.lattice();
-        (refiner["target"], refiner["grain"]) = (json!(lattice.target), json!(lattice.grain));
+        (refiner["target"], refiner["visible_error"]) = (json!(lattice.target), json!(lattice.visible_error));
     }
     put("refiner", refiner);
     put("visibility", choices.visibility.as_ref().map(|name| json!({ "name": name })));
@@ -147,10 +147,10 @@ impl Layered {
         self.target |= target;
         // A target alone bounds NMSE₂ and nothing else.
         if target
-            && layer.pointer("/refiner/grain").is_none()
-            && let Some(grain) = self.keys.pointer_mut("/refiner/grain")
+            && layer.pointer("/refiner/visible_error").is_none()
+            && let Some(bound) = self.keys.pointer_mut("/refiner/visible_error")
         {
-            *grain = json!(0.0);
+            *bound = json!(0.0);
         }
         if self.choose::<RefinerConfig>(layer)? && !self.upsampler {
             let upsampler = self.finish()?.refiner.upsampler();

@@ -121,11 +121,15 @@ impl ExrFile {
         self.add_vectors(VISIBILITY, RGB, &channels);
     }
 
-    /// Adds the surface that each pixel sees: the layers `albedo` (0 … 1), `normal` (unit length, world space), `position`
+    /// Adds the surface that each pixel sees: the layers `albedo` (0 … 1), `normal` (geometric, unit length, world space), `shading_normal` (of scenes
+    /// with smooth surfaces), `position`
     /// (world space, m) and `depth.Z` (m), which is infinite where nothing is seen.
     pub fn add_geometry(&mut self, gbuffer: &GBuffer) {
         self.add_vectors("albedo", RGB, &gbuffer.albedo);
         self.add_vectors("normal", XYZ, &gbuffer.normal);
+        if !gbuffer.shading.is_empty() {
+            self.add_vectors("shading_normal", XYZ, &gbuffer.shading);
+        }
         self.add_vectors("position", XYZ, &gbuffer.position);
         self.add_plane("depth", "Z", gbuffer.depth.clone());
     }

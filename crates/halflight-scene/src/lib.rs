@@ -23,6 +23,7 @@
 //! generator = "contact"   # or: file = "mesh.obj" (or .ply), relative to the scene file
 //! transform = { translate = [0, 0, 0], rotate_deg = [0, 90, 0], scale = 1 } # all optional; scale, x, y, z, move
 //! albedo = [0.7, 0.7, 0.7] # optional; replaces the mesh's own colours and textures
+//! smooth = "auto"         # optional: smooth where the file or generator gives normals; "on": also where it gives none; "off"
 //!
 //! [animation.camera]      # optional: what moves; at time 0 everything is as above
 //! keys = [{ time = 4, eye = [1, 1.5, 4] }] # seconds; what a key leaves out stays as it was
@@ -47,7 +48,11 @@
 //! name the file and the line or element. Other content that is not supported or is dropped gives one warning
 //! each in [`LoadReport::warnings`]: bad lines of MTL files, faces with a position that is not finite,
 //! undefined indices of normals or texture coordinates, options of textures. Triangles without an area are
-//! dropped and counted; missing normals are computed.
+//! dropped and counted.
+//!
+//! Smooth surfaces are shaded by normals between those of their vertices ([`halflight_core::smooth`]). Where a file gives normals for some
+//! vertices only, or with `smooth = "on"`, missing ones are computed: the mean of the faces around a vertex, without those beyond an edge
+//! of more than `crease_deg` degrees (65; a key beside `smooth = "on"`). A mesh without any normals is flat with `"auto"`.
 //!
 //! | file | what is read |
 //! | --- | --- |

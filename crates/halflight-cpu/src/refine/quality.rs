@@ -7,7 +7,7 @@ use super::LatticeConfig;
 
 /// Quality of a picture, as bounds on its errors that the lattice refiner works towards.
 ///
-/// | quality | NMSE₂ | visible error of a sample ([`LatticeConfig::grain`]) | use |
+/// | quality | NMSE₂ | visible error of a sample ([`LatticeConfig::visible_error`]) | use |
 /// | --- | --- | --- | --- |
 /// | `draft` | 3e-4 | 0.1 | first look: blotches show at 4× zoom |
 /// | `good` | 1e-4 | 0.04 | default: clean at 4× zoom |
@@ -38,12 +38,12 @@ impl Quality {
 
     /// Returns the lattice refiner's options for the quality.
     pub fn lattice(self) -> LatticeConfig {
-        let (target, grain) = match self {
+        let (target, visible_error) = match self {
             Self::Draft => (3e-4, 0.1),
             Self::Good => (1e-4, 0.04),
             Self::Final => (1e-5, 0.015),
         };
-        LatticeConfig { target, grain, ..LatticeConfig::default() }
+        LatticeConfig { target, visible_error, ..LatticeConfig::default() }
     }
 }
 

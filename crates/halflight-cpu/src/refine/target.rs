@@ -117,11 +117,11 @@ impl Budget {
 
     /// Fewest samples along one side of the light with a bound on visible errors, for devices that ask every receiver once: the noise in the
     /// middle of a penumbra, before smoothing, is within a third of the bound.
-    pub fn least_side(grain: f32) -> u16 {
-        if grain <= 0.0 {
+    pub fn least_side(visible_error: f32) -> u16 {
+        if visible_error <= 0.0 {
             return LEAST_SIDE;
         }
-        let most = f64::from(grain) / 3.0;
+        let most = f64::from(visible_error) / 3.0;
         let side = f64::from(FIRST) * (DEVIATION / most).powf(0.5 / DECAY);
         (side.ceil() as u16).clamp(FIRST, ONCE)
     }

@@ -430,8 +430,8 @@ fn cells_split_where_surfaces_may_shade_each_other_and_where_the_light_sets() {
 }
 
 /// Visible fractions by pixel, where every pixel has a mask.
-fn every_fraction(floor: &Floor, grain: f32, seen: impl Fn(u32, u32) -> u64 + Send) -> Vec<f32> {
-    let config = LatticeConfig { coarsest_level: 0, target: 1e-4, grain, ..LatticeConfig::default() };
+fn every_fraction(floor: &Floor, visible_error: f32, seen: impl Fn(u32, u32) -> u64 + Send) -> Vec<f32> {
+    let config = LatticeConfig { coarsest_level: 0, target: 1e-4, visible_error, ..LatticeConfig::default() };
     let (fragments, _, known) = floor.refine_known(&mut Lattice::new(config), seen);
     let mut fractions = vec![f32::NAN; floor.gbuffer.pixels()];
     for (sample, fraction) in fragments.samples().iter().zip(known) {
@@ -449,8 +449,8 @@ fn noise_is_smoothed_where_it_explains_the_differences() {
     let noise = |x: u32, y: u32| halflight_core::hash::unit_pair(x * 7919 + y * 104_729).0 * 3.0 - 1.5;
     let truth = every_fraction(&floor, 0.0, |x, _| first(ramp(x).round() as u32));
     let noisy = |x: u32, y: u32| first((ramp(x) + noise(x, y)).round() as u32);
-    let error = |grain: f32| {
-        let found = every_fraction(&floor, grain, noisy);
+    let error = |visible_error: f32| {
+        let found = every_fraction(&floor, visible_error, noisy);
         found.iter().zip(&truth).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>()
     };
     let (raw, smoothed) = (error(0.0), error(0.04));

@@ -3,17 +3,17 @@
 //@ needs shared/fractions
 
 // Bound on visible errors relative to the irradiance around them, or 0 for none.
-override GRAIN: f32 = 0.0;
+override VISIBLE_ERROR: f32 = 0.0;
 
 // Interpolation tolerance relative to the bound, and its least value in standard deviations of the corners' noise.
-const TOLERANCE_IN_GRAIN: f32 = 2.0;
+const TOLERANCE_IN_VISIBLE_ERROR: f32 = 2.0;
 const LEAST_DEVIATIONS: f32 = 2.5;
 
 // Visible fraction that is added to the local brightness. The CPU takes the same part of the root mean square of the irradiance.
 const FLOOR: f32 = 0.06;
 
 fn tolerance_between(corners: Corners, found: vec4<f32>) -> f32 {
-    if GRAIN <= 0.0 {
+    if VISIBLE_ERROR <= 0.0 {
         return frame.error;
     }
     var sum = 0.0;
@@ -29,6 +29,6 @@ fn tolerance_between(corners: Corners, found: vec4<f32>) -> f32 {
         }
     }
     count = max(count, 1.0);
-    let visible = GRAIN * TOLERANCE_IN_GRAIN * (sum / count + FLOOR);
+    let visible = VISIBLE_ERROR * TOLERANCE_IN_VISIBLE_ERROR * (sum / count + FLOOR);
     return min(frame.error, max(visible, LEAST_DEVIATIONS * sqrt(noise / count)));
 }

@@ -59,13 +59,13 @@ impl Lattice {
                 reason: "no backend certifies anything here; leave `certify` out",
             });
         }
-        let grain = if config.target > 0.0 { config.grain } else { 0.0 };
+        let visible_error = if config.target > 0.0 { config.visible_error } else { 0.0 };
         // Irradiance itself is computed from masks.
-        let smooths = grain > 0.0 && shading == Shading::Ratio;
+        let smooths = visible_error > 0.0 && shading == Shading::Ratio;
         let target = (config.target > 0.0)
-            .then(|| Target::new(compiler, config.target, grain, smooths))
+            .then(|| Target::new(compiler, config.target, visible_error, smooths))
             .transpose()?;
-        let grain = ("GRAIN", f64::from(grain));
+        let visible_error = ("VISIBLE_ERROR", f64::from(visible_error));
         let edge = Steps::new(config.target).edge;
         let noisy = ("NOISY", flag(target.is_some()));
         Ok(Self {
@@ -75,8 +75,8 @@ impl Lattice {
             gather: compiler.pass(GATHER, &[])?,
             request: Request::new(compiler, true)?,
             value: compiler.pass(VALUE, &[shading_flag(shading), noisy])?,
-            split_test: compiler.pass(SPLIT_TEST, &[grain])?,
-            close_cracks: compiler.pass(CLOSE_CRACKS, &[grain])?,
+            split_test: compiler.pass(SPLIT_TEST, &[visible_error])?,
+            close_cracks: compiler.pass(CLOSE_CRACKS, &[visible_error])?,
             smooth: smooths.then(|| compiler.pass(SMOOTH, &[])).transpose()?,
             target,
         })

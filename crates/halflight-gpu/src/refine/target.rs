@@ -56,13 +56,18 @@ impl Target {
     /// of the light a second time where that is not enough.
     pub(super) const WORDS: u32 = (Budget::ONCE as u32 * Budget::ONCE as u32).div_ceil(32);
 
-    pub(super) fn new(compiler: &Compiler, target: f32, grain: f32, smooths: bool) -> Result<Self, GpuError> {
+    pub(super) fn new(
+        compiler: &Compiler,
+        target: f32,
+        visible_error: f32,
+        smooths: bool,
+    ) -> Result<Self, GpuError> {
         let Budget { noise, interpolation } = Budget::new(target);
         let constants = [
             ("WHOLE_TARGET", target.into()),
             ("NOISE_TARGET", noise),
             ("INTERPOLATION", interpolation),
-            ("LEAST_SIDE", f64::from(Budget::least_side(grain))),
+            ("LEAST_SIDE", f64::from(Budget::least_side(visible_error))),
         ];
         let [_, one, two] = Budget::DENSE.map(|share| f64::from(share.unwrap_or(f32::MAX)));
         let sum = |counter: usize| compiler.pass(SUM, &[("COUNTER", counter as f64)]);

@@ -10,7 +10,7 @@ use halflight_core::values::NO_VALUE;
 use rayon::prelude::*;
 
 use super::view::View;
-use super::{Lattice, NOISE_IN_GRAIN};
+use super::{Lattice, NOISE_IN_VISIBLE_ERROR};
 use crate::compose::luminance;
 use crate::irradiance;
 use crate::refine::target::{FIRST, LEAST_SIDE, Neighbours, PilotSample, SamplingPlan};
@@ -46,7 +46,7 @@ impl Lattice {
                 *fraction = irradiance::fraction(light, batch, sample.first as usize).unwrap_or(NO_VALUE);
             },
         );
-        if self.bounds_grain() {
+        if self.bounds_visible_error() {
             let neighbours = neighbours_of(fragments);
             self.variances.resize(fragments.samples().len(), 0.0);
             let variances = self.variances[known..].par_iter_mut().zip(&self.fractions[known..]);
@@ -68,7 +68,7 @@ impl Lattice {
         for (&sample, &fraction) in samples.iter().zip(&self.renewed) {
             self.fractions[sample as usize] = fraction;
         }
-        if self.bounds_grain() {
+        if self.bounds_visible_error() {
             let neighbours = Neighbours::new(batch.pattern());
             for (query, &sample) in samples.iter().enumerate() {
                 let fraction = self.fractions[sample as usize];
@@ -108,10 +108,10 @@ impl Lattice {
         };
         let known = self.fractions.par_iter().zip(&self.unshadowed);
         fragments.samples().par_iter().zip(known).map(pilot).collect_into_vec(&mut self.pilot);
-        let least = if self.bounds_grain() { FIRST } else { LEAST_SIDE };
+        let least = if self.bounds_visible_error() { FIRST } else { LEAST_SIDE };
         self.plan = SamplingPlan::reach(self.config.target, least, view.frame.pattern.kind, &self.pilot);
-        if self.bounds_grain() {
-            let most = NOISE_IN_GRAIN * self.config.grain;
+        if self.bounds_visible_error() {
+            let most = NOISE_IN_VISIBLE_ERROR * self.config.visible_error;
             self.plan = self.plan.with_visible_noise(most, &self.pilot);
         }
         if !self.config.validate {

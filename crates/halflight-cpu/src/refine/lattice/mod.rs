@@ -60,7 +60,7 @@ pub struct LatticeConfig {
     /// Bound on visible errors, relative to the irradiance around them, or 0 for none: 0. With an error target only. Receivers whose noise would
     /// exceed it get more samples, cells are split where interpolation may, and the visible fractions are smoothed as far as their noise explains
     /// the differences.
-    pub grain: f32,
+    pub visible_error: f32,
     /// Limits of the tangent-plane test.
     #[serde(alias = "rise")]
     pub discontinuity: DiscontinuityLimits,
@@ -75,17 +75,17 @@ impl Default for LatticeConfig {
             target: 0.0,
             certify: false,
             validate: true,
-            grain: 0.0,
+            visible_error: 0.0,
             discontinuity,
         }
     }
 }
 
 /// Noise of a sample before smoothing, relative to the bound on visible errors.
-const NOISE_IN_GRAIN: f32 = 1.5;
+const NOISE_IN_VISIBLE_ERROR: f32 = 1.5;
 
 /// Interpolation tolerance relative to the bound on visible errors: between corners on a smooth surface, errors are a fraction of it.
-const TOLERANCE_IN_GRAIN: f32 = 2.0;
+const TOLERANCE_IN_VISIBLE_ERROR: f32 = 2.0;
 
 /// Pixel without a mask.
 const NONE: u32 = u32::MAX;
@@ -216,8 +216,8 @@ impl Lattice {
     }
 
     /// True if visible errors are bounded.
-    fn bounds_grain(&self) -> bool {
-        self.config.grain > 0.0 && self.config.target > 0.0
+    fn bounds_visible_error(&self) -> bool {
+        self.config.visible_error > 0.0 && self.config.target > 0.0
     }
 
     /// Level of the coarsest cells.
@@ -372,10 +372,10 @@ impl Lattice {
         visibility: &mut dyn Visibility,
         fragments: &mut Fragments,
     ) {
-        if !self.bounds_grain() || self.plan.fine.len() <= self.plan.full.len() {
+        if !self.bounds_visible_error() || self.plan.fine.len() <= self.plan.full.len() {
             return;
         }
-        let most = self.config.grain * NOISE_IN_GRAIN;
+        let most = self.config.visible_error * NOISE_IN_VISIBLE_ERROR;
         self.partly.clear();
         self.partly_samples.clear();
         for index in known..self.fractions.len() {
@@ -466,7 +466,7 @@ impl Lattice {
         trace_pixels(view.frame, view.light, &self.fresh, visibility, fragments.batch_mut(batch));
         let known = fragments.samples().len();
         fragments.push_pixels(batch, &self.fresh);
-        if self.bounds_grain() {
+        if self.bounds_visible_error() {
             for (index, &pixel) in (known as u32..).zip(&self.fresh) {
                 self.corners[pixel as usize] = index;
             }
@@ -606,7 +606,7 @@ impl Refiner for Lattice {
             self.descend_all(&view, visibility, fragments);
             round += 1;
         }
-        if self.bounds_grain() {
+        if self.bounds_visible_error() {
             self.refine_umbra(&view, visibility, fragments);
             self.denoise(&view, fragments);
         }

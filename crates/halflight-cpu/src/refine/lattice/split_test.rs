@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use halflight_core::gbuffer::GBuffer;
 use rayon::prelude::*;
 
-use super::{Lattice, NONE, Square, TOLERANCE_IN_GRAIN, Verdict, View};
+use super::{Lattice, NONE, Square, TOLERANCE_IN_VISIBLE_ERROR, Verdict, View};
 use crate::corners::Corners;
 use crate::refine::representative::{cell_rect, faces_away};
 use crate::tangent_plane::Between;
@@ -70,7 +70,7 @@ impl Lattice {
         }
         let strongest = self.strongest(corners);
         let tolerance = self.plan.tolerance(strongest);
-        if self.bounds_grain() {
+        if self.bounds_visible_error() {
             tolerance.min(self.visible_tolerance(corners, strongest))
         } else {
             tolerance
@@ -94,7 +94,9 @@ impl Lattice {
             }
         }
         let count = f32::max(count, 1.0);
-        let visible = self.config.grain * TOLERANCE_IN_GRAIN * self.plan.brightness(sum / count, strongest);
+        let visible = self.config.visible_error
+            * TOLERANCE_IN_VISIBLE_ERROR
+            * self.plan.brightness(sum / count, strongest);
         visible.max(DEVIATIONS * (noise / count).sqrt())
     }
 
