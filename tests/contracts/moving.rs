@@ -133,6 +133,7 @@ fn a_callers_gbuffer_gives_the_image_of_ones_own() {
         [(SurfacePoints::Positions(&points), None), (SurfacePoints::Depths(&own.depth), Some(&albedo[..]))]
     {
         let given = GBuffer::from_surfaces(camera, (160, 120), points, &own.normal, albedo).unwrap();
+        let given = given.with_shading_normals(&own.shading).unwrap();
         pipeline.set_frame_index(0);
         let image = pipeline.render_gbuffer(&given).unwrap();
         let off = |(found, expected): (&Vec3, &Vec3)| f64::from((*found - *expected).length_squared());

@@ -6,5 +6,6 @@ mod convergence;
 mod determinism;
 mod image_hashes;
 mod placement;
+mod quality;
 mod sizes;
 mod thin_shadows;

@@ -171,6 +171,41 @@ impl GBuffer {
         Ok(gbuffer)
     }
 
+    /// Adds shading normals, by which light is weighted instead of by the geometric ones: unit length, world space, on the side of
+    /// the geometric normal, one a pixel; unused where nothing is seen.
+    ///
+    /// # Errors
+    /// The layer has the wrong length; or a normal is not of length 1 or points away from the viewer's side of the surface.
+    pub fn with_shading_normals(mut self, normals: &[Vec3]) -> Result<Self, GBufferError> {
+        self.shading = normals.to_vec();
+        self.validate_shading()?;
+        for (shading, &primitive) in self.shading.iter_mut().zip(&self.primitive) {
+            if primitive == NO_PRIMITIVE {
+                *shading = Vec3::ZERO;
+            }
+        }
+        Ok(self)
+    }
+
+    fn validate_shading(&self) -> Result<(), GBufferError> {
+        let (found, expected) = (self.shading.len(), self.pixels());
+        if found != expected {
+            return Err(GBufferError::Length { layer: "shading normal", found, expected });
+        }
+        for pixel in (0..expected).filter(|&pixel| self.is_receiver(pixel)) {
+            let fault = if !UNIT_LENGTH.contains(&self.shading[pixel].length()) {
+                "not of length 1"
+            } else if self.shading[pixel].dot(self.normal[pixel]) < 0.0 {
+                "on the other side of the surface than its normal"
+            } else {
+                continue;
+            };
+            let (x, y) = (pixel as u32 % self.width, pixel as u32 / self.width);
+            return Err(GBufferError::Pixel { layer: "shading normal", x, y, fault });
+        }
+        Ok(())
+    }
+
     /// Checks that every layer has one entry a pixel and that pixels which see something have finite points, unit normals and a
     /// positive depth.
     ///
@@ -196,7 +231,7 @@ impl GBuffer {
                 return Err(GBufferError::Pixel { layer, x, y, fault });
             }
         }
-        Ok(())
+        if self.shading.is_empty() { Ok(()) } else { self.validate_shading() }
     }
 
     /// Sets the size and makes every pixel see nothing; keeps the memory.
@@ -349,6 +384,11 @@ mod tests {
         assert_eq!(of(&depths, &normals, Some(&dark)), pixel("albedo", "negative or not finite"));
         let mut gbuffer =
             GBuffer::from_surfaces(&camera, SIZE, SurfacePoints::Depths(&depths), &normals, None).unwrap();
+        let shading = |normal: Vec3| gbuffer.clone().with_shading_normals(&[normal; 12]);
+        assert_eq!(shading(Vec3::new(0.6, 0.8, 0.0)).unwrap().shading_normals()[11].x, 0.6);
+        assert_eq!(shading(Vec3::X * 2.0).unwrap_err(), pixel("shading normal", "not of length 1"));
+        let fault = "on the other side of the surface than its normal";
+        assert_eq!(shading(-Vec3::Y).unwrap_err(), pixel("shading normal", fault));
         gbuffer.depth[11] = 0.0;
         assert_eq!(gbuffer.validate().unwrap_err(), pixel("depth", "not in front of the camera"));
     }

@@ -9,8 +9,8 @@ use glam::Vec3;
 use halflight_core::scene::{Mesh, Scene};
 
 const BOM: &str = "\u{feff}";
-const OBJ: &str = "mtllib größe.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0.5 0.25\nusemtl größe\n\
-                   f 1/1 2/1 \\\n3/1\nf 1/-1 -2/1 -1/1\n";
+const OBJ: &str = "mtllib größe.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0.5 0.25\nvn 0.6 0 0.8\nusemtl größe\n\
+                   f 1/1/1 2/1/1 \\\n3/1/1\nf 1/-1 -2/1 -1/1\n";
 const MTL: &str = "newmtl größe\nKd 0.9 0.1 0.2\n";
 const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
                    element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
@@ -18,9 +18,10 @@ const MESHES: &str = "[[mesh]]\nfile = \"a.obj\"\n\n[[mesh]]\nfile = \"a.ply\"\n
 
 /// Attributes of every triangle's corners, and its albedo.
 fn triangles(mesh: &Mesh) -> Vec<(Vec<[f32; 8]>, Vec3)> {
+    let normal = |vertex: usize| mesh.normals.get(vertex).copied().unwrap_or_default();
     let corner = |&vertex: &u32| {
         let vertex = vertex as usize;
-        let ([x, y, z], [nx, ny, nz]) = (mesh.positions[vertex].to_array(), mesh.normals[vertex].to_array());
+        let ([x, y, z], [nx, ny, nz]) = (mesh.positions[vertex].to_array(), normal(vertex).to_array());
         [x, y, z, nx, ny, nz, mesh.uvs[vertex].x, mesh.uvs[vertex].y]
     };
     let albedo = |at: usize| mesh.materials[mesh.material_ids[at] as usize].albedo;

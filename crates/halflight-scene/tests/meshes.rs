@@ -15,9 +15,10 @@ fn area(mesh: &Mesh) -> f32 {
     (0..mesh.triangle_count()).map(|triangle| twice(mesh.corners(triangle)) / 2.0).sum()
 }
 
-/// The normals at the corners of every triangle.
-fn corner_normals(mesh: &Mesh) -> Vec<Vec3> {
-    mesh.triangles.as_flattened().iter().map(|&vertex| mesh.normals[vertex as usize]).collect()
+/// The unit normals of all triangles.
+fn facet_normals(mesh: &Mesh) -> Vec<Vec3> {
+    let normal = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).normalize();
+    (0..mesh.triangle_count()).map(|triangle| normal(mesh.corners(triangle))).collect()
 }
 
 #[test]
@@ -46,8 +47,9 @@ fn a_full_obj_keeps_positions_texture_coordinates_and_normals() {
 #[test]
 fn faces_that_differ_in_what_they_name_stay_in_step() {
     // tobj alone would give the second face's texture coordinates to the wrong vertices.
-    let text =
-        format!("{SQUARE}vt 0.5 0.5\nvn 0 0 -1\nf 1 2 3\nf 1/1/1 3/1/1 4/1/1\nf 1/1 2 3\nf 1//1 2//1 3//1\n");
+    let text = format!(
+        "{SQUARE}vt 0.5 0.5\nvn 0.6 0 -0.8\nf 1 2 3\nf 1/1/1 3/1/1 4/1/1\nf 1/1 2 3\nf 1//1 2//1 3//1\n"
+    );
     let mesh = Folder::new("mixed_faces").load_mesh("a.obj", text).unwrap().scene.mesh;
     let seen: Vec<(f32, f32)> = mesh
         .triangles
@@ -55,8 +57,8 @@ fn faces_that_differ_in_what_they_name_stay_in_step() {
         .map(|[vertex, ..]| *vertex as usize)
         .map(|vertex| (mesh.uvs[vertex].x, mesh.normals[vertex].z))
         .collect();
-    // Computed normals face +z, the given one -z.
-    assert_eq!(seen, [(0.0, 1.0), (0.5, -1.0), (0.0, 1.0), (0.0, -1.0)]);
+    // Computed normals face +z, the given one away from it.
+    assert_eq!(seen, [(0.0, 1.0), (0.5, -0.8), (0.0, 1.0), (0.0, -0.8)]);
 }
 
 #[test]
@@ -91,7 +93,7 @@ fn polygons_are_triangulated_whatever_their_shape() {
             assert_eq!(loaded.report.meshes[0].triangles, triangles, "{name}");
             // Small whole numbers: exact in single precision.
             assert_eq!(area(&loaded.scene.mesh), expected, "{name}");
-            assert!(corner_normals(&loaded.scene.mesh).iter().all(|&normal| normal == Vec3::Z), "{name}");
+            assert!(facet_normals(&loaded.scene.mesh).iter().all(|&normal| normal == Vec3::Z), "{name}");
         }
     }
 }
@@ -140,9 +142,10 @@ fn computed_normals_are_smooth_over_flat_angles_and_sharp_over_edges() {
         assert!(normal.abs_diff_eq(Vec3::Y, 1e-6), "{position} {normal}");
     }
     // The given normals stay, the one that is not a number is computed.
-    let partly = format!("{SQUARE}vn 0 1 0\nvn nan 0 0\nf 1//1 2//1 3//2\n");
+    let partly = format!("{SQUARE}vn 0 0.6 0.8\nvn nan 0 0\nf 1//1 2//1 3//2\n");
     let loaded = folder.load_smooth("a.obj", partly).unwrap();
-    assert_eq!(loaded.scene.mesh.normals, [Vec3::Y, Vec3::Y, Vec3::Z]);
+    let given = Vec3::new(0.0, 0.6, 0.8);
+    assert_eq!(loaded.scene.mesh.normals, [given, given, Vec3::Z]);
     assert_eq!(loaded.report.normals_computed(), 1);
 }
 

@@ -31,23 +31,30 @@ fn indices_that_are_not_defined_are_left_out_and_said() {
             1.0,
             &[format!("{uvs} 0 on line 5"), format!("{normals} 0 on line 5")],
         ),
-        ("vn 0 0 -1\nf 1//9000000000 2//2 3//2 4//2\n", 1.0, &[format!("{normals} 9000000000 on line 6")]),
+        (
+            "vn 0.6 0 -0.8\nf 1//9000000000 2//2 3//2 4//2\n",
+            1.0,
+            &[format!("{normals} 9000000000 on line 6")],
+        ),
         // Definitions may follow; empty parts are none; extra white space does no harm.
-        ("f 1//1 2//1 3//1 4//1\nvn 0 0 -1\n", -1.0, &[]),
+        ("f 1//1 2//1 3//1 4//1\nvn 0.6 0 -0.8\n", -0.8, &[]),
         ("f 1/ 2/ 3/ 4/\nf\t1//  2//\t3// 4//\n", 1.0, &[]),
-        ("vn 0 0 -1\nfo +1//+1 2//1 3//1 4//1\n", -1.0, &[]),
+        ("vn 0.6 0 -0.8\nfo +1//+1 2//1 3//1 4//1\n", -0.8, &[]),
     ];
     for (text, z, warnings) in cases {
         let loaded = folder.load_mesh("a.obj", format!("{SQUARE}{text}")).expect(text);
         let warned: Vec<_> = warnings.iter().map(|warning| format!("a.obj: {warning}")).collect();
         assert_eq!(loaded.report.warnings, warned, "{text}");
-        assert!(loaded.scene.mesh.normals.iter().all(|normal| normal.z == z), "{text}");
+        // Flat meshes have no normals.
+        let normals = &loaded.scene.mesh.normals;
+        assert!(normals.iter().all(|normal| normal.z == z) && normals.is_empty() == (z == 1.0), "{text}");
         assert!(loaded.scene.mesh.uvs.iter().all(|uv| *uv == glam::Vec2::ZERO), "{text}");
     }
     // Vertices may follow, too; a corner with an undefined normal gets a computed one.
-    let text = format!("f 1//1 2//1 3//7\nvn 0 1 0\n{SQUARE}");
+    let text = format!("f 1//1 2//1 3//7\nvn 0 0.6 0.8\n{SQUARE}");
     let mesh = folder.load_mesh("a.obj", text).unwrap().scene.mesh;
-    assert_eq!(mesh.normals, [Vec3::Y, Vec3::Y, Vec3::Z]);
+    let given = Vec3::new(0.0, 0.6, 0.8);
+    assert_eq!(mesh.normals, [given, given, Vec3::Z]);
 }
 
 #[test]

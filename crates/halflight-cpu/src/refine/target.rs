@@ -224,16 +224,15 @@ impl SamplingPlan {
         }
     }
 
-    /// Plan with enough samples for nine of ten receivers whose noise exceeds `most` of the local irradiance.
-    pub(super) fn with_visible_noise(self, most: f32, pilot: &[PilotSample]) -> Self {
-        let mut sides: Vec<f32> = pilot
-            .iter()
-            .map(|one| {
-                let noise = one.variance.sqrt() / self.brightness(one.fraction, one.unshadowed);
-                f32::from(FIRST) * (noise / most).powf(1.0 / 1.5)
-            })
-            .filter(|&side| side > f32::from(self.full.columns))
-            .collect();
+    /// Plan with enough samples for nine of ten receivers whose noise exceeds `most` of the local brightness. `sides` is memory that is
+    /// kept.
+    pub(super) fn with_visible_noise(self, most: f32, pilot: &[PilotSample], sides: &mut Vec<f32>) -> Self {
+        let side_of = |one: &PilotSample| {
+            let noise = one.variance.sqrt() / self.brightness(one.fraction, one.unshadowed);
+            f32::from(FIRST) * (noise / most).powf(1.0 / 1.5)
+        };
+        sides.clear();
+        sides.extend(pilot.iter().map(side_of).filter(|&side| side > f32::from(self.full.columns)));
         sides.sort_unstable_by(f32::total_cmp);
         let side = sides.get(sides.len() * 9 / 10).map_or(0, |side| side.ceil() as u16);
         let side = side.clamp(self.full.columns, *SIDES.end());

@@ -69,6 +69,7 @@ fn structures_are_laid_out_alike() {
         lights,
         sides,
         largest,
+        shading,
         levels
     );
     check!(&parsed(&named("error target: choose")).0, "Choice", Choice, pattern, error, coarsest, every);

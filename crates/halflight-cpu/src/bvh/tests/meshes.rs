@@ -31,7 +31,7 @@ impl Numbers {
 pub(crate) fn mesh(corners: &[[Vec3; 3]]) -> Mesh {
     Mesh {
         positions: corners.iter().flatten().copied().collect(),
-        normals: vec![Vec3::Y; corners.len() * 3],
+        normals: Vec::new(),
         uvs: vec![glam::Vec2::ZERO; corners.len() * 3],
         triangles: (0..corners.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
         material_ids: vec![0; corners.len()],

@@ -6,7 +6,7 @@
 //! as far as its pairs agree with what is known so far. Directional windows by comparison of estimates with their confidence intervals are those of
 //! Katkovnik, Foi, Egiazarian and Astola 2010, "From Local Kernel to Nonlocal Multiple-Model Image Denoising", section 4.
 
-use halflight_core::fragment::Fragments;
+use halflight_core::fragment::{Fragments, Sample};
 use rayon::prelude::*;
 
 use super::{Lattice, NONE, View};
@@ -23,7 +23,7 @@ const FROM_SEVERAL: f32 = 2.0;
 
 /// Visible fraction and its expected squared error.
 #[derive(Clone, Copy, Debug)]
-struct Estimate {
+pub(super) struct Estimate {
     fraction: f32,
     variance: f32,
 }
@@ -56,17 +56,18 @@ impl Sum {
 impl Lattice {
     /// Replaces the visible fractions of all samples, and their expected errors, by smoothed ones.
     pub(super) fn denoise(&mut self, view: &View, fragments: &Fragments) {
+        let mut estimates = std::mem::take(&mut self.estimates);
         let samples = fragments.samples().par_iter().zip(&self.fractions).zip(&self.variances);
-        let smooth = |((sample, &fraction), &variance)| {
-            let pixel: &halflight_core::fragment::Sample = sample;
-            self.smoothed_estimate(view, pixel.pixel, Estimate { fraction, variance })
+        let smooth = |((sample, &fraction), &variance): ((&Sample, _), _)| {
+            self.smoothed_estimate(view, sample.pixel, Estimate { fraction, variance })
         };
-        let smoothed: Vec<Estimate> = samples.with_min_len(64).map(smooth).collect();
+        samples.with_min_len(64).map(smooth).collect_into_vec(&mut estimates);
         for (estimate, (fraction, variance)) in
-            smoothed.into_iter().zip(self.fractions.iter_mut().zip(&mut self.variances))
+            estimates.iter().zip(self.fractions.iter_mut().zip(&mut self.variances))
         {
             (*fraction, *variance) = (estimate.fraction, estimate.variance);
         }
+        self.estimates = estimates;
         self.smoothed = true;
         self.measured = None;
     }

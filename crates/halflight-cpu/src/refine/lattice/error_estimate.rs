@@ -47,7 +47,9 @@ impl Lattice {
             },
         );
         if self.bounds_visible_error() {
-            let neighbours = neighbours_of(fragments);
+            let mut neighbours = std::mem::take(&mut self.neighbours);
+            neighbours.clear();
+            neighbours.extend(fragments.batches().iter().map(|batch| Neighbours::new(batch.pattern())));
             self.variances.resize(fragments.samples().len(), 0.0);
             let variances = self.variances[known..].par_iter_mut().zip(&self.fractions[known..]);
             variances.zip(samples).with_min_len(256).for_each(|((variance, &fraction), sample)| {
@@ -55,6 +57,7 @@ impl Lattice {
                 let neighbours = &neighbours[usize::from(sample.batch)];
                 *variance = noise_of(neighbours, batch, sample.first as usize, fraction);
             });
+            self.neighbours = neighbours;
         }
     }
 
@@ -112,7 +115,7 @@ impl Lattice {
         self.plan = SamplingPlan::reach(self.config.target, least, view.frame.pattern.kind, &self.pilot);
         if self.bounds_visible_error() {
             let most = NOISE_IN_VISIBLE_ERROR * self.config.visible_error;
-            self.plan = self.plan.with_visible_noise(most, &self.pilot);
+            self.plan = self.plan.with_visible_noise(most, &self.pilot, &mut self.sides);
         }
         if !self.config.validate {
             self.plan = self.plan.alike_everywhere();
@@ -201,11 +204,6 @@ impl Lattice {
         self.measured = Some((cells.len(), measured));
         measured
     }
-}
-
-/// Neighbourhoods of the patterns of all batches.
-fn neighbours_of(fragments: &Fragments) -> Vec<Neighbours> {
-    fragments.batches().iter().map(|batch| Neighbours::new(batch.pattern())).collect()
 }
 
 /// Standard deviation of the fraction of a mask whose samples all agree, in samples.

@@ -28,6 +28,7 @@ use super::target::{Neighbours, PilotSample, SamplingPlan, Steps};
 use super::trace_pixels;
 use crate::corners::Corners;
 use crate::tangent_plane::{Between, DiscontinuityLimits, TangentPlanes};
+use denoise::Estimate;
 use error_estimate::{Measured, Measurement};
 use validate::{Probe, Risk, Weighed};
 use view::View;
@@ -161,6 +162,12 @@ pub struct Lattice {
     /// Expected squared error of every sample's fraction, for a bound on visible errors; after smoothing if `smoothed`.
     variances: Vec<f32>,
     smoothed: bool,
+    /// Smoothed fractions of all samples.
+    estimates: Vec<Estimate>,
+    /// Flag of every sample: true if it is in umbra beside the penumbra.
+    beside: Vec<bool>,
+    /// Numbers of samples along a side of the light that pilot samples would need.
+    sides: Vec<f32>,
     /// Unshadowed irradiance per radiance of every sample, for an error target.
     unshadowed: Vec<f32>,
     /// Number of pixels that see geometry, for an error target.
@@ -395,20 +402,21 @@ impl Lattice {
             return;
         }
         let fine = self.plan.fine.len();
+        let mut beside = std::mem::take(&mut self.beside);
         let is_beside = |(index, &fraction): (usize, &f32)| {
             let sample = &fragments.samples()[index];
             fraction == 0.0
                 && fragments.batch(sample.batch).pattern().len() < fine
                 && self.is_beside_penumbra(view, sample.pixel)
         };
-        let known: Vec<bool> =
-            self.fractions.par_iter().enumerate().with_min_len(256).map(is_beside).collect();
+        self.fractions.par_iter().enumerate().with_min_len(256).map(is_beside).collect_into_vec(&mut beside);
         self.partly.clear();
         self.partly_samples.clear();
-        for index in (0..known.len()).filter(|&index| known[index]) {
+        for index in (0..beside.len()).filter(|&index| beside[index]) {
             self.partly.push(fragments.samples()[index].pixel);
             self.partly_samples.push(index as u32);
         }
+        self.beside = beside;
         self.trace_again(view, self.plan.fine, Purpose::Final, visibility, fragments);
     }
 
@@ -656,7 +664,9 @@ impl Refiner for Lattice {
             + self.recent.capacity() * size_of::<(u32, u8)>()
             + self.verdicts.capacity()
             + self.suspected.capacity()
-            + (self.unshadowed.capacity() + self.variances.capacity()) * 4
+            + (self.unshadowed.capacity() + self.variances.capacity() + self.sides.capacity()) * 4
+            + self.estimates.capacity() * size_of::<Estimate>()
+            + self.beside.capacity()
             + self.probes.capacity() * size_of::<Probe>()
             + self.weighed.capacity() * size_of::<Weighed>()
             + self.ranked.capacity() * size_of::<(f64, u32)>()
