@@ -144,6 +144,7 @@ impl Room {
         let mut mesh = quads(&[(Vec3::ZERO, Vec3::X, Vec3::Z), (Vec3::ZERO, Vec3::X, Vec3::Z)]);
         let corners = square(0.0, 4.0).into_iter().chain(square(self.height - self.gap, self.cover * 0.5));
         mesh.positions = corners.map(rounded).collect();
+        mesh.normals.clear();
         let [corner, u, v] = [DVec3::new(-0.5, self.height, -0.5), DVec3::X, DVec3::Z];
         let (corner, [u, v]) = (place(corner).as_vec3(), [u, v].map(|edge| (self.turn * edge).as_vec3()));
         let light = AreaLight::parallelogram(corner, u, v, Vec3::splat(10.0));

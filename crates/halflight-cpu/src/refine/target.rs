@@ -96,6 +96,12 @@ impl Budget {
     /// Pilot samples along one side of the light.
     pub const PILOT: u16 = FIRST;
 
+    /// Share of a bound on visible errors for [`Budget::least_side`] on devices that ask receivers with visible noise again.
+    pub const NOISY: f64 = 0.5;
+
+    /// Share for devices that ask every receiver once.
+    pub const ONLY: f64 = 1.0 / 3.0;
+
     /// Most samples along one side of the light that every receiver gets at once.
     pub const ONCE: u16 = ONCE;
 
@@ -115,15 +121,14 @@ impl Budget {
         }
     }
 
-    /// Fewest samples along one side of the light with a bound on visible errors, for devices that ask every receiver once: the noise in the
-    /// middle of a penumbra, before smoothing, is within a third of the bound.
-    pub fn least_side(visible_error: f32) -> u16 {
+    /// Fewest samples along one side of the light with a bound on visible errors: the noise in the middle of a penumbra, before smoothing, is
+    /// at most `share` of the bound. It is [`Budget::NOISY`] where receivers with visible noise are asked again, else [`Budget::ONLY`].
+    pub fn least_side(visible_error: f32, share: f64) -> u16 {
         if visible_error <= 0.0 {
             return LEAST_SIDE;
         }
-        let most = f64::from(visible_error) / 3.0;
-        let side = f64::from(FIRST) * (DEVIATION / most).powf(0.5 / DECAY);
-        (side.ceil() as u16).clamp(FIRST, ONCE)
+        let side = f64::from(FIRST) * (DEVIATION / (share * f64::from(visible_error))).powf(0.5 / DECAY);
+        (side.ceil() as u16).clamp(LEAST_SIDE, ONCE)
     }
 
     /// Interpolation tolerance with `side` samples along a side of the light.

@@ -476,11 +476,16 @@ fn noise_is_smoothed_where_it_explains_the_differences() {
     // A penumbra of 96 pixels across.
     let ramp = |x: u32, _: u32| (x as f32 - 32.0).clamp(0.0, 96.0) / 96.0;
     let truth = every_fraction(&floor, LatticeConfig { target: 1e-9, ..plain }, ramp);
-    let error = |config: LatticeConfig| {
-        let found = every_fraction(&floor, config, ramp);
-        found.iter().zip(&truth).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>()
-    };
-    let (raw, smoothed) = (error(plain), error(smoothing));
+    let config = LatticeConfig { coarsest_level: 0, ..smoothing };
+    let (fragments, known) = floor.refine_by(&mut Lattice::new(config), &mut Edges(ramp));
+    // Errors of the masks, and of what the refiner makes of them.
+    let (mut raw, mut smoothed) = (0.0, 0.0);
+    for (sample, fraction) in fragments.samples().iter().zip(known) {
+        let batch = fragments.batch(sample.batch);
+        let own = irradiance::fraction(&floor.scene.lights[0], batch, sample.first as usize).unwrap();
+        raw += f64::from(own - truth[sample.pixel as usize]).powi(2);
+        smoothed += f64::from(fraction - truth[sample.pixel as usize]).powi(2);
+    }
     assert!(smoothed < 0.25 * raw, "{smoothed} {raw}");
     // Edges, lines and spots of a pixel stay what they are, and other surfaces have no say: the right half lies a metre lower.
     let mut steps = Floor::new(160, 64);

@@ -67,7 +67,7 @@ impl Target {
             ("WHOLE_TARGET", target.into()),
             ("NOISE_TARGET", noise),
             ("INTERPOLATION", interpolation),
-            ("LEAST_SIDE", f64::from(Budget::least_side(visible_error))),
+            ("LEAST_SIDE", f64::from(Budget::least_side(visible_error, Budget::ONLY))),
         ];
         let [_, one, two] = Budget::DENSE.map(|share| f64::from(share.unwrap_or(f32::MAX)));
         let sum = |counter: usize| compiler.pass(SUM, &[("COUNTER", counter as f64)]);

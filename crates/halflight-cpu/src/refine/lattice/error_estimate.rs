@@ -13,7 +13,7 @@ use super::view::View;
 use super::{Lattice, NOISE_IN_VISIBLE_ERROR};
 use crate::compose::luminance;
 use crate::irradiance;
-use crate::refine::target::{FIRST, LEAST_SIDE, Neighbours, PilotSample, SamplingPlan};
+use crate::refine::target::{Budget, Neighbours, PilotSample, SamplingPlan};
 use crate::unshadowed::{roughly_unshadowed, unshadowed_many};
 
 /// Number of pixels whose unshadowed irradiance is computed together (`TOGETHER`), and number that fills a
@@ -111,7 +111,8 @@ impl Lattice {
         };
         let known = self.fractions.par_iter().zip(&self.unshadowed);
         fragments.samples().par_iter().zip(known).map(pilot).collect_into_vec(&mut self.pilot);
-        let least = if self.bounds_visible_error() { FIRST } else { LEAST_SIDE };
+        let bound = if self.bounds_visible_error() { self.config.visible_error } else { 0.0 };
+        let least = Budget::least_side(bound, Budget::NOISY);
         self.plan = SamplingPlan::reach(self.config.target, least, view.frame.pattern.kind, &self.pilot);
         if self.bounds_visible_error() {
             let most = NOISE_IN_VISIBLE_ERROR * self.config.visible_error;

@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 
 use super::discontinuities::Discontinuities;
 use super::pixel_set::PixelSet;
-use super::target::{Neighbours, PilotSample, SamplingPlan, Steps};
+use super::target::{FIRST, Neighbours, PilotSample, SamplingPlan, Steps};
 use super::trace_pixels;
 use crate::corners::Corners;
 use crate::tangent_plane::{Between, DiscontinuityLimits, TangentPlanes};
@@ -398,10 +398,11 @@ impl Lattice {
 
     /// Traces more light samples for receivers that seem to be in umbra beside others that are not.
     fn refine_umbra(&mut self, view: &View, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
-        if self.plan.fine.len() <= self.plan.first.len() {
+        // The coarsest corners have pilot samples, whatever the plan.
+        let fine = self.plan.fine.len();
+        if fine <= usize::from(FIRST * FIRST) {
             return;
         }
-        let fine = self.plan.fine.len();
         let mut beside = std::mem::take(&mut self.beside);
         let is_beside = |(index, &fraction): (usize, &f32)| {
             let sample = &fragments.samples()[index];
