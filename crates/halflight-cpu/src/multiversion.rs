@@ -4,6 +4,7 @@
 //! fused or reordered, so all versions give identical bits.
 
 /// Defines `fn $name(args) -> ret` that runs the widest version of the body that the CPU has.
+#[macro_export]
 macro_rules! multiversion {
     ($(#[$meta:meta])* $visibility:vis fn $name:ident($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block) => {
         $(#[$meta])*

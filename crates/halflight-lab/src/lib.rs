@@ -13,5 +13,6 @@ pub mod program;
 pub mod reference;
 pub mod report;
 pub mod results;
+pub mod rivals;
 pub mod robustness;
 pub mod run;

@@ -251,7 +251,6 @@ fn light_that_only_one_half_has_met_is_all_noise() {
         let corners = [(from, low.z * 9.0), (from, high.z * 9.0), (to, high.z * 9.0), (to, low.z * 9.0)];
         let mesh = Arc::make_mut(&mut lid.mesh);
         mesh.positions.extend(corners.map(|(x, z)| Vec3::new(x, y, z)));
-        mesh.normals.extend([Vec3::Y; 4]);
         mesh.uvs.extend([glam::Vec2::ZERO; 4]);
         mesh.triangles.extend([[start, start + 1, start + 2], [start, start + 2, start + 3]]);
         mesh.material_ids.extend([0; 2]);

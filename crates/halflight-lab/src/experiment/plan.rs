@@ -7,12 +7,15 @@ use anyhow::{Result, anyhow};
 use halflight_core::frame::LightSampling;
 use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
 use halflight_cpu::irradiance::Shading;
+use halflight_cpu::pipeline::PipelineBuilder;
+use halflight_cpu::prepared::PreparedScene;
 use itertools::{Itertools as _, iproduct};
 use serde::Serialize;
 
 use super::constants;
 use super::schema::{Experiment, ReferenceChoice, SceneChoice};
 use crate::reference::ReferenceConfig;
+use crate::rivals::Rival;
 
 /// Scene under a light at an image size, with a reference of its own.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +37,8 @@ pub struct Setting {
 pub struct Row {
     /// Configuration of the pipeline.
     pub config: PipelineConfig,
+    /// Rival whose stages take the place of the configuration's.
+    pub rival: Option<Rival>,
     /// Constants that the experiment sets.
     pub parameters: String,
     /// Names of scenes in which the row is not rendered.
@@ -113,12 +118,22 @@ pub fn rows(experiment: &Experiment) -> Result<Vec<Row>, String> {
             };
             let said = [&refiner.parameters, &visibility.parameters];
             let parameters = said.into_iter().filter(|said| !said.is_empty()).join(";");
-            let row = Row { config, parameters, except: grid.except.clone() };
+            let row = Row { config, rival: None, parameters, except: grid.except.clone() };
             if !seen.insert(row.slug()) {
                 return Err(at(format!("{} is there already", row.label())));
             }
             rows.push(row);
         }
+    }
+    for choice in constants::expand_all::<Rival>(&experiment.rivals)? {
+        choice.stage.check().map_err(|fault| format!("rivals: {fault}"))?;
+        let config = choice.stage.config([width, height], experiment.seed);
+        let rival = Some(choice.stage);
+        let row = Row { config, rival, parameters: choice.parameters, except: Vec::new() };
+        if !seen.insert(row.slug()) {
+            return Err(format!("rivals: {} is there already", row.label()));
+        }
+        rows.push(row);
     }
     Ok(rows)
 }
@@ -137,11 +152,6 @@ pub(crate) fn word(value: impl Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|value| value.as_str().map(str::to_string)).unwrap_or_default()
 }
 
-/// Returns the visibility backend's name, unless it is the one that experiments take where they name none.
-fn backend(config: &PipelineConfig) -> Option<&'static str> {
-    (config.visibility != VisibilityConfig::Bvh).then(|| config.visibility.name())
-}
-
 impl Row {
     /// Returns plain Monte Carlo, as papers render their references.
     pub fn monte_carlo(width: u32, height: u32, count: u32, seed: u32) -> Self {
@@ -154,7 +164,34 @@ impl Row {
             seed,
             ..PipelineConfig::default()
         };
-        Self { config, parameters: String::new(), except: Vec::new() }
+        Self { config, rival: None, parameters: String::new(), except: Vec::new() }
+    }
+
+    /// Returns the names of refiner, visibility backend and upsampler.
+    pub fn stages(&self) -> [&'static str; 3] {
+        let PipelineConfig { refiner, visibility, upsampler, .. } = &self.config;
+        let own = [refiner.name(), visibility.name(), upsampler.name()];
+        self.rival.map_or(own, |rival| rival.stages())
+    }
+
+    /// Returns a builder of the row's pipeline.
+    pub fn builder(&self, scene: &PreparedScene) -> PipelineBuilder {
+        match &self.rival {
+            Some(rival) => rival.builder(&self.config, scene),
+            None => self.config.builder(scene),
+        }
+    }
+
+    /// Returns about how many bytes a frame takes beside its scene.
+    pub fn bytes_needed(&self) -> u64 {
+        let more = self.rival.map_or(0, |rival| rival.bytes_needed(&self.config));
+        self.config.bytes_needed().saturating_add(more)
+    }
+
+    /// Returns the visibility backend's name, unless it is the one that experiments take where they name none.
+    fn backend(&self) -> Option<&'static str> {
+        let [_, visibility, _] = self.stages();
+        (visibility != VisibilityConfig::Bvh.name()).then_some(visibility)
     }
 
     /// Returns whether the row is rendered in a scene.
@@ -171,15 +208,16 @@ impl Row {
     /// Returns the name of the row's fragments in file names. Rows that differ in upsampler and shading alone share it.
     pub fn fragments_slug(&self) -> String {
         let sampling = &self.config.sampling;
-        let refiner = self.config.refiner.name();
-        let stages = [refiner, backend(&self.config).unwrap_or_default(), &self.parameters];
+        let [refiner, ..] = self.stages();
+        let stages = [refiner, self.backend().unwrap_or_default(), &self.parameters];
         let stages = stages.into_iter().filter(|part| !part.is_empty()).join(" ");
         slug(&format!("{stages} {} {} {}", sampling.count, word(sampling.kind), word(sampling.sharing)))
     }
 
     /// Returns the row's name in file names.
     pub fn slug(&self) -> String {
-        format!("{}-{}-{}", self.fragments_slug(), self.config.upsampler.name(), word(self.config.shading))
+        let [_, _, upsampler] = self.stages();
+        format!("{}-{upsampler}-{}", self.fragments_slug(), word(self.config.shading))
     }
 
     /// Returns the row's name in errors.
@@ -190,21 +228,22 @@ impl Row {
     /// Returns the row's name for people. The upsampler of `per-pixel` is left out, since every pixel is a fragment.
     pub fn label(&self) -> String {
         let sampling = self.config.sampling;
-        let mut parts = vec![self.config.refiner.name().to_string()];
-        let per_pixel = self.config.refiner == RefinerConfig::PerPixel;
+        let [refiner, _, upsampler] = self.stages();
+        let mut parts = vec![refiner.to_string()];
+        let per_pixel = self.rival.is_none() && self.config.refiner == RefinerConfig::PerPixel;
         let parameters = (!self.parameters.is_empty()).then(|| self.parameters.clone());
         if per_pixel {
             parts.push(sampling.count.to_string());
         } else {
             parts.extend(parameters.clone());
-            parts.push(self.config.upsampler.name().to_string());
+            parts.push(upsampler.to_string());
         }
         parts.push(word(self.config.shading));
-        parts.extend(backend(&self.config).map(str::to_string));
+        parts.extend(self.backend().map(str::to_string));
         // Masks of `per-pixel` are its backend's.
         parts.extend(parameters.filter(|_| per_pixel));
         let usual = LightSampling::default();
-        if (sampling.kind, sampling.sharing) != (usual.kind, usual.sharing) {
+        if self.rival.is_none() && (sampling.kind, sampling.sharing) != (usual.kind, usual.sharing) {
             parts.push(format!("{}/{}", word(sampling.kind), word(sampling.sharing)));
         }
         parts.join(" · ")
@@ -253,6 +292,28 @@ mod tests {
         assert_eq!((row.config.width, row.config.height, row.slug()), (128, 96, rows[0].slug()));
         let labels: BTreeSet<String> = rows.iter().map(Row::label).collect();
         assert_eq!(labels.len(), rows.len());
+    }
+
+    #[test]
+    fn rivals_are_rows_with_stages_of_their_own() {
+        let mut experiment = Experiment::resolve("rivals").unwrap();
+        let rows = rows(&experiment).unwrap();
+        let rivals: Vec<&Row> = rows.iter().filter(|row| row.rival.is_some()).collect();
+        assert_eq!(rivals[0].stages(), ["pcss", "shadow-map", "pcf"]);
+        assert_eq!(rivals[0].label(), "pcss · resolution=512 · pcf · ratio · shadow-map");
+        assert_eq!(rivals[3].label(), "filtered · samples=1 · svgf · ratio");
+        assert_eq!((rivals[3].config.sampling.count, rivals[0].config.sampling.count), (1, 64));
+        let slugs: BTreeSet<String> = rows.iter().map(Row::slug).collect();
+        assert_eq!(slugs.len(), rows.len());
+        for (text, words) in [
+            ("name = 'vsm'", "unknown rival `vsm`, expected one of pcss, filtered"),
+            ("name = 'pcss'\nsharpness = 1", "rival `pcss` has no constant `sharpness`"),
+            ("name = 'filtered'\npasses = 9", "rivals: filtered with passes = 9: expected 1 to 5"),
+        ] {
+            experiment.rivals = vec![text.parse().unwrap()];
+            let fault = super::rows(&experiment).unwrap_err();
+            assert!(fault.contains(words), "{fault}");
+        }
     }
 
     #[test]

@@ -51,6 +51,9 @@ pub struct Experiment {
     /// Scenes.
     #[serde(rename = "scene")]
     pub scenes: Vec<SceneChoice>,
+    /// Rivals, like refiners: `name` and constants that differ from the default. A list of values is a sweep.
+    #[serde(default)]
+    pub rivals: Vec<toml::Table>,
     /// Pipelines, each grid a full cross product of its axes.
     #[serde(rename = "grid")]
     pub grids: Vec<Grid>,

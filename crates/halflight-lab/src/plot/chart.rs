@@ -78,6 +78,10 @@ pub enum Shape {
     Square,
     /// Square on its corner.
     Diamond,
+    /// Triangle on its tip.
+    Wedge,
+    /// Hexagon.
+    Hexagon,
 }
 
 /// Part of a key.
@@ -89,8 +93,8 @@ pub struct KeyGroup {
     pub entries: Vec<(Mark, String)>,
 }
 
-/// Colours of Okabe and Ito, told apart by the colour-blind as well.
-pub(super) const COLORS: [[u8; 3]; 7] = [
+/// Colours of Okabe and Ito, told apart by the colour-blind as well, and two more.
+pub(super) const COLORS: [[u8; 3]; 8] = [
     [0xE6, 0x9F, 0x00],
     [0xCC, 0x79, 0xA7],
     [0xD5, 0x5E, 0x00],
@@ -98,11 +102,13 @@ pub(super) const COLORS: [[u8; 3]; 7] = [
     [0x00, 0x9E, 0x73],
     [0x56, 0xB4, 0xE9],
     [0x99, 0x99, 0x33],
+    [0x33, 0x22, 0x88],
 ];
 
 impl Shape {
     /// All shapes.
-    pub const ALL: [Self; 4] = [Self::Circle, Self::Triangle, Self::Square, Self::Diamond];
+    pub const ALL: [Self; 6] =
+        [Self::Circle, Self::Triangle, Self::Square, Self::Diamond, Self::Wedge, Self::Hexagon];
 
     /// Returns one of the shapes, again from the first after the last.
     pub(super) fn nth(index: usize) -> Self {

@@ -231,17 +231,22 @@ fn key<DB: DrawingBackend>(canvas: &Canvas<DB>, chart: &Chart) -> Drawn<DB> {
     Ok(())
 }
 
+/// Returns the corners of a regular polygon.
+fn around((x, y): (i32, i32), corners: i32) -> Vec<(i32, i32)> {
+    let corner = |step: i32| {
+        let angle = f64::from(step) * std::f64::consts::TAU / f64::from(corners);
+        (x + (6.0 * angle.cos()).round() as i32, y + (6.0 * angle.sin()).round() as i32)
+    };
+    (0..corners).map(corner).collect()
+}
+
 fn mark<DB: DrawingBackend>(canvas: &Canvas<DB>, (x, y): (i32, i32), mark: Mark) -> Drawn<DB> {
     let color = mark.color();
     let outline: Vec<(i32, i32)> = match mark.shape {
-        Shape::Circle => {
-            let corner = |step: i32| {
-                let angle = f64::from(step) * std::f64::consts::TAU / 20.0;
-                (x + (6.0 * angle.cos()).round() as i32, y + (6.0 * angle.sin()).round() as i32)
-            };
-            (0..20).map(corner).collect()
-        }
+        Shape::Circle => around((x, y), 20),
+        Shape::Hexagon => around((x, y), 6),
         Shape::Triangle => vec![(x, y - 7), (x + 7, y + 6), (x - 7, y + 6)],
+        Shape::Wedge => vec![(x, y + 7), (x + 7, y - 6), (x - 7, y - 6)],
         Shape::Square => vec![(x - 5, y - 5), (x + 5, y - 5), (x + 5, y + 5), (x - 5, y + 5)],
         Shape::Diamond => vec![(x, y - 7), (x + 7, y), (x, y + 7), (x - 7, y)],
     };

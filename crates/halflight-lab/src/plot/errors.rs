@@ -73,12 +73,13 @@ pub fn chart(title: String, rows: &[&Finished], measure: Measure, against: Again
         Against::Rays => row.record.rays as f64,
         Against::Light => f64::from(row.record.light_scale),
     };
-    let per_pixel = rows.iter().filter(|row| row.record.refiner == "per-pixel");
-    let several = !per_pixel.map(|row| row.record.samples).all_equal();
+    // Refiners whose rows differ in samples a pixel.
+    let by_samples = |row: &Finished| ["per-pixel", "filtered"].contains(&row.record.refiner.as_str());
+    let counted = rows.iter().filter(|row| by_samples(row));
+    let several = !counted.map(|row| row.record.samples).all_equal();
     let mut series: Vec<(&str, Series)> = Vec::new();
     for row in &rows {
-        let note =
-            (row.record.refiner == "per-pixel" && several).then(|| format!("{} spp", row.record.samples));
+        let note = (by_samples(row) && several).then(|| format!("{} spp", row.record.samples));
         let Some(y) = measure.of(row) else { continue };
         let point = Point { x: x(row), y, name: row.label.clone(), note };
         match series.iter_mut().find(|(name, _)| *name == row.row) {
@@ -212,6 +213,21 @@ mod tests {
         let colors: std::collections::BTreeSet<[u8; 3]> =
             chart.series.iter().map(|series| series.mark.rgb).collect();
         assert_eq!(colors.len(), 4);
+    }
+
+    #[test]
+    fn rivals_have_shapes_and_names_of_their_own() {
+        let mut rows = rows();
+        rows.push(finished("pcss", "pcf", 30.0, 1e-2));
+        rows.push(finished("filtered", "svgf", 40.0, 1e-3));
+        let chart = measured(&rows, Measure::FlipP99, Against::Time).unwrap();
+        let shapes: std::collections::BTreeSet<String> =
+            chart.key[0].entries.iter().map(|(mark, _)| format!("{:?}", mark.shape)).collect();
+        assert_eq!(shapes.len(), 5);
+        let svg = chart.svg().unwrap();
+        for name in ["pcss", "filtered", "pcf", "svgf"] {
+            assert!(svg.contains(name), "{name} is missing");
+        }
     }
 
     #[test]

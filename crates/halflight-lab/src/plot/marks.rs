@@ -5,6 +5,7 @@ use itertools::Itertools as _;
 
 use super::chart::{COLORS, KeyGroup, Mark, Shape};
 use crate::results::Finished;
+use crate::rivals::Rival;
 
 const BLACK_INK: [u8; 3] = [0; 3];
 const GREY: [u8; 3] = [0x66; 3];
@@ -46,7 +47,7 @@ impl Marks {
             }
         }
         let mut refiners = distinct(|row| row.record.refiner.clone());
-        refiners.sort_by_key(|refiner| RefinerConfig::NAMES.iter().position(|known| known == refiner));
+        refiners.sort_by_key(|refiner| place(refiner));
         Self { refiners, colors, shadings: distinct(|row| row.record.shading.clone()), title, colored }
     }
 
@@ -59,7 +60,8 @@ impl Marks {
 
     /// Returns a colour; an upsampler has one colour in all charts.
     fn color(&self, name: &str) -> [u8; 3] {
-        let upsampler = UpsamplerConfig::NAMES.iter().position(|known| *known == name);
+        let mut known = UpsamplerConfig::NAMES.iter().chain(&Rival::UPSAMPLERS);
+        let upsampler = known.position(|known| *known == name);
         let place = upsampler.or_else(|| self.colors.iter().position(|color| color == name));
         place.map_or(GREY, |place| COLORS[place % COLORS.len()])
     }
@@ -84,12 +86,13 @@ impl Marks {
     }
 }
 
+/// Returns the place of a refiner or rival among all of them, or after them.
+fn place(refiner: &str) -> usize {
+    let names = || RefinerConfig::NAMES.iter().chain(Rival::NAMES);
+    names().position(|known| *known == refiner).unwrap_or(names().count())
+}
+
 /// Returns the shape of a refiner, one in all charts.
 fn shape(refiner: &str) -> Shape {
-    match RefinerConfig::NAMES.iter().position(|known| *known == refiner) {
-        Some(0) => Shape::Circle,
-        Some(1) => Shape::Triangle,
-        Some(2) => Shape::Square,
-        _ => Shape::Diamond,
-    }
+    Shape::nth(place(refiner))
 }

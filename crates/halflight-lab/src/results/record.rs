@@ -27,7 +27,7 @@ pub struct Record {
     pub width: u32,
     /// Image height, pixels.
     pub height: u32,
-    /// Refiner.
+    /// Refiner, or rival.
     #[serde(deserialize_with = "crate::experiment::refiner_name")]
     pub refiner: String,
     /// Constants that the experiment sets: `name=value`, separated by `;`.
@@ -251,6 +251,7 @@ pub(crate) mod tests {
     use halflight_cpu::config::{Named as _, RefinerConfig};
 
     use super::*;
+    use crate::rivals::Rival;
 
     /// A made-up row; `time` and `error` are all that charts look at.
     pub(crate) fn finished(refiner: &str, upsampler: &str, time: f64, error: f64) -> Finished {
@@ -342,7 +343,8 @@ pub(crate) mod tests {
         for table in tables {
             let rows = read_csv(&table).unwrap_or_else(|fault| panic!("{}: {fault}", table.display()));
             assert!(rows.iter().all(|row| row.total_ms > 0.0), "{}", table.display());
-            let known = |row: &Record| RefinerConfig::NAMES.contains(&row.refiner.as_str());
+            let names = [RefinerConfig::NAMES, Rival::NAMES].concat();
+            let known = |row: &Record| names.contains(&row.refiner.as_str());
             assert!(rows.iter().all(known), "{}", table.display());
             let measured = std::fs::read_to_string(&table).unwrap().contains("flip_p99,grain");
             assert!(

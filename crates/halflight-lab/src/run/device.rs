@@ -61,9 +61,11 @@ impl Device {
     pub(super) fn machine(&self, row: &Row, scene: &PreparedScene) -> Result<Option<Machine>> {
         match self {
             Self::Cpu => {
-                let pipeline = row.config.builder(scene).build().with_context(|| row.named())?;
+                let pipeline = row.builder(scene).build().with_context(|| row.named())?;
                 Ok(Some(Machine::Cpu(Box::new(pipeline))))
             }
+            #[cfg(feature = "gpu")]
+            Self::Gpu(_) if row.rival.is_some() => Ok(None),
             #[cfg(feature = "gpu")]
             Self::Gpu(gpu) => match Renderer::new(&gpu.device, &gpu.queue, scene.scene(), &row.config) {
                 Ok(renderer) => Ok(Some(Machine::Gpu(Box::new(OnGpu {

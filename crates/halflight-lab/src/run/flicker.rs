@@ -59,7 +59,7 @@ pub(super) fn measure(
         let mut images = Vec::with_capacity(rows.len());
         for (index, row) in rows.iter().enumerate() {
             progress.now(format!("{}: frame {number} of {of}, {}", setting.label, row.label()));
-            let mut pipeline = row.config.builder(&scene).build().with_context(|| row.named())?;
+            let mut pipeline = row.builder(&scene).build().with_context(|| row.named())?;
             let image = pipeline.render().with_context(|| row.named())?.irradiance.clone();
             let now = [view(&config, &image, &receivers)?, view(&config, &truth.irradiance, &receivers)?];
             let flicker = match &before {

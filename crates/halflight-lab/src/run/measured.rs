@@ -1,7 +1,6 @@
 //! Records of measured rows.
 
 use halflight_core::stats::{CertificateCounts, FrameStats};
-use halflight_cpu::config::Named;
 use halflight_metrics::Comparison;
 
 use super::timing::Medians;
@@ -30,6 +29,7 @@ impl Measured<'_> {
     pub(crate) fn record(&self) -> Record {
         let (config, stats, errors) = (&self.row.config, self.stats, &self.errors);
         let Medians { stages, prepare, total } = self.times;
+        let [refiner, backend, upsampler] = self.row.stages();
         let flicker = Means::of(self.frames);
         let certified = (stats.certified != CertificateCounts::default()).then_some(stats.certified);
         let (visibility, causes) = (&stats.visibility, self.failures.map(|failures| failures.counts));
@@ -39,10 +39,10 @@ impl Measured<'_> {
             triangles: self.triangles as u64,
             width: config.width,
             height: config.height,
-            refiner: config.refiner.name().to_string(),
+            refiner: refiner.to_string(),
             parameters: self.row.parameters.clone(),
-            visibility: config.visibility.name().to_string(),
-            upsampler: config.upsampler.name().to_string(),
+            visibility: backend.to_string(),
+            upsampler: upsampler.to_string(),
             shading: word(config.shading),
             samples: config.sampling.count,
             pattern: word(config.sampling.kind),

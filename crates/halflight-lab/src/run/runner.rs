@@ -102,7 +102,7 @@ pub fn run(
 
 /// Refuses sizes whose images do not fit into memory, before anything is rendered.
 fn check_memory<'a>(setting: &Setting, rows: impl Iterator<Item = &'a Row>) -> Result<()> {
-    let most = rows.map(|row| row.sized(setting.size).config.bytes_needed()).max().unwrap_or(0);
+    let most = rows.map(|row| row.sized(setting.size).bytes_needed()).max().unwrap_or(0);
     let [width, height] = setting.size;
     memory::check(format!("{}: an image of {width}x{height} pixels", setting.label), most)
         .map_err(|fault| anyhow!("{fault}; choose a smaller --size"))
@@ -123,6 +123,7 @@ mod tests {
         description = "two rows, two sizes of light"
         size = [48, 36]
         repetitions = 2
+        rivals = [{ name = "pcss", resolution = 64 }, { name = "filtered", samples = 2 }]
         light_scales = [1, 2]
         squared_error_factor = 9
         [reference]
@@ -152,16 +153,21 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let places = Places { out: root.path().join("out"), references: root.path().join("references") };
         let whole = finish(&places);
-        assert_eq!(whole.rows.len(), 4);
+        assert_eq!(whole.rows.len(), 8);
+        let refiners: Vec<&str> = whole.rows[..4].iter().map(|row| row.record.refiner.as_str()).collect();
+        assert_eq!(refiners, ["sfvt-gass", "per-pixel", "pcss", "filtered"]);
         for row in &whole.rows {
             let record = &row.record;
-            assert!(record.total_ms > 0.0 && record.rays > 0 && record.fragments > 0);
+            // Shadow maps take no shadow rays, and no fragments.
+            let mapped = record.visibility == "shadow-map";
+            assert!(record.total_ms > 0.0 && (record.rays > 0 && record.fragments > 0) != mapped);
+            assert!(record.grain.is_some() && (record.prepare_ms > 0.0 || !mapped));
             assert!(record.nmse2 > 0.0 && record.nmse2 < 0.05, "{}: {}", row.label, record.nmse2);
             // Its reference has as few samples as the row itself: farther from it than from the converged one.
             assert!(row.paper.unwrap().nmse > record.nmse);
         }
         // Two twice as long edges make four times the light, but no other row.
-        assert!(whole.rows[2].record.sse > whole.rows[0].record.sse);
+        assert!(whole.rows[4].record.sse > whole.rows[0].record.sse);
 
         // As if it had been stopped after the first row.
         let state = places.out.join("state.jsonl");
@@ -169,7 +175,7 @@ mod tests {
         let kept: String = text.split_inclusive('\n').take(2).collect();
         std::fs::write(&state, kept).unwrap();
         let resumed = finish(&places);
-        assert_eq!(resumed.rows.len(), 4);
+        assert_eq!(resumed.rows.len(), 8);
         assert_eq!(resumed.rows[0], whole.rows[0]);
         for (again, before) in resumed.rows.iter().zip(&whole.rows) {
             assert_eq!((again.record.sse, again.record.rays), (before.record.sse, before.record.rays));

@@ -46,7 +46,7 @@ impl Truth {
         let paper = match experiment.paper.as_ref().and_then(|paper| paper.reference_samples) {
             Some(count) => {
                 let row = Row::monte_carlo(width, height, count, seed);
-                let mut pipeline = row.config.builder(&scene).build().with_context(|| row.named())?;
+                let mut pipeline = row.builder(&scene).build().with_context(|| row.named())?;
                 Some(pipeline.render().with_context(|| row.named())?.irradiance.clone())
             }
             None => None,

@@ -1,0 +1,143 @@
+//! Rivals: methods that users know from games and renderers, built small to stand beside ours in experiments.
+//!
+//! | name | method | source |
+//! | --- | --- | --- |
+//! | `pcss` | percentage-closer soft shadows from a shadow map at the light's centre | Fernando 2005 |
+//! | `filtered` | few light samples a pixel and an edge-aware filter guided by variance, without history | Schied 2017 |
+//!
+//! Both are stages of the pipeline, so that surfaces, unshadowed irradiance and clocks are those of all other rows.
+
+use halflight_core::frame::{LightSampling, Sharing};
+use std::ops::RangeInclusive;
+
+use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
+use halflight_cpu::irradiance::Shading;
+use halflight_cpu::pipeline::PipelineBuilder;
+use halflight_cpu::prepared::PreparedScene;
+use serde::{Deserialize, Serialize};
+
+mod pcss;
+mod shadow_map;
+mod svgf;
+#[cfg(test)]
+mod tests;
+
+pub use pcss::PcssConfig;
+pub use svgf::SvgfConfig;
+
+/// Largest number of samples: that of a mask.
+const MAX_SAMPLES: u32 = 4096;
+
+/// Rival and its constants.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "name", rename_all = "kebab-case")]
+pub enum Rival {
+    /// Percentage-closer soft shadows.
+    Pcss(PcssConfig),
+    /// Few light samples, filtered.
+    Filtered(SvgfConfig),
+}
+
+impl Named for Rival {
+    const STAGE: &str = "rival";
+    const NAMES: &[&str] = &["pcss", "filtered"];
+    const OLD_NAMES: &[&[&str]] = &[&[], &[]];
+
+    fn named(name: &str) -> Option<Self> {
+        match name {
+            "pcss" => Some(Self::Pcss(PcssConfig::default())),
+            "filtered" => Some(Self::Filtered(SvgfConfig::default())),
+            _ => None,
+        }
+    }
+
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Pcss(_) => "pcss",
+            Self::Filtered(_) => "filtered",
+        }
+    }
+}
+
+impl Rival {
+    /// Names of the rivals' visibility, in tables.
+    pub const VISIBILITIES: [&str; 2] = ["shadow-map", "bvh"];
+    /// Names of the rivals' filters, which take the place of upsamplers in tables.
+    pub const UPSAMPLERS: [&str; 2] = ["pcf", "svgf"];
+
+    /// Checks the constants.
+    ///
+    /// # Errors
+    /// The first constant that is out of range, and its range.
+    pub fn check(&self) -> Result<(), String> {
+        let within = |constant: &str, value: u32, range: RangeInclusive<u32>| match range.contains(&value) {
+            true => Ok(()),
+            false => {
+                let (least, most) = range.into_inner();
+                Err(format!("{} with {constant} = {value}: expected {least} to {most}", self.name()))
+            }
+        };
+        match self {
+            Self::Pcss(pcss) => {
+                within("resolution", pcss.resolution, 16..=8192)?;
+                within("search", pcss.search, 1..=MAX_SAMPLES)?;
+                within("samples", pcss.samples, 1..=MAX_SAMPLES)?;
+                (pcss.bias >= 0.0 && pcss.bias.is_finite())
+                    .then_some(())
+                    .ok_or_else(|| format!("pcss with bias = {}: expected 0 or more", pcss.bias))
+            }
+            Self::Filtered(svgf) => {
+                within("samples", svgf.samples, 1..=MAX_SAMPLES)?;
+                within("passes", svgf.passes, 1..=svgf::MAX_PASSES)?;
+                (svgf.luminance > 0.0 && svgf.luminance.is_finite()).then_some(()).ok_or_else(|| {
+                    format!("filtered with luminance = {}: expected more than 0", svgf.luminance)
+                })
+            }
+        }
+    }
+
+    /// Returns the names of refiner, visibility and upsampler in tables.
+    pub fn stages(&self) -> [&'static str; 3] {
+        let place = match self {
+            Self::Pcss(_) => 0,
+            Self::Filtered(_) => 1,
+        };
+        [self.name(), Self::VISIBILITIES[place], Self::UPSAMPLERS[place]]
+    }
+
+    /// Returns the configuration of a pipeline that the rival's stages are put into: size, samples and seed hold, its own
+    /// stages do not.
+    pub fn config(&self, [width, height]: [u32; 2], seed: u32) -> PipelineConfig {
+        let count = match self {
+            Self::Pcss(config) => config.samples,
+            Self::Filtered(config) => config.samples,
+        };
+        PipelineConfig {
+            width,
+            height,
+            refiner: RefinerConfig::PerPixel,
+            visibility: VisibilityConfig::Bvh,
+            upsampler: RefinerConfig::PerPixel.upsampler(),
+            shading: Shading::Ratio,
+            sampling: LightSampling { count, sharing: Sharing::Receiver, ..LightSampling::default() },
+            seed,
+        }
+    }
+
+    /// Returns a builder of a pipeline with the rival's stages.
+    pub fn builder(&self, config: &PipelineConfig, scene: &PreparedScene) -> PipelineBuilder {
+        let builder = config.builder(scene);
+        match self {
+            Self::Pcss(pcss) => pcss::stages(*pcss, builder, scene.bvh()),
+            Self::Filtered(svgf) => builder.upsampler(svgf::Svgf::new(*svgf)),
+        }
+    }
+
+    /// Returns about how many bytes a frame takes beside its scene and what its pipeline takes.
+    pub fn bytes_needed(&self, config: &PipelineConfig) -> u64 {
+        match self {
+            Self::Pcss(pcss) => pcss.bytes_needed(),
+            Self::Filtered(_) => svgf::bytes_needed(config.width, config.height),
+        }
+    }
+}
