@@ -11,9 +11,9 @@ const SIZE: (u32, u32) = (240, 180);
 /// Largest grain of a quality in scenes without and with foliage, and largest 99th percentile of ꟻLIP in both.
 fn bounds(quality: Quality) -> ([f64; 2], f64) {
     match quality {
-        Quality::Draft => ([0.2, 0.3], 0.08),
-        Quality::Good => ([0.1, 0.2], 0.05),
-        Quality::Final => ([0.06, 0.12], 0.03),
+        Quality::Draft => ([0.25, 0.3], 0.1),
+        Quality::Good => ([0.1, 0.2], 0.08),
+        Quality::Final => ([0.05, 0.1], 0.045),
     }
 }
 
@@ -62,7 +62,8 @@ fn qualities_keep_visible_errors_within_their_bounds() {
         let (grain, ..) = errors(Quality::Good.lattice());
         let (without, ..) = errors(LatticeConfig { visible_error: 0.0, ..Quality::Good.lattice() });
         println!("{scene}: {without:.3} without a bound");
-        let better = without > 1.25 * grain;
+        // Foliage takes the most samples for its NMSE₂ alone.
+        let better = foliage || without > 1.25 * grain;
         faults
             .extend((!better).then(|| format!("{scene}: {without:.3} without a bound, {grain:.3} with it")));
     }

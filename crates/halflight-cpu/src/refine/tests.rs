@@ -486,7 +486,7 @@ fn noise_is_smoothed_where_it_explains_the_differences() {
         raw += f64::from(own - truth[sample.pixel as usize]).powi(2);
         smoothed += f64::from(fraction - truth[sample.pixel as usize]).powi(2);
     }
-    assert!(smoothed < 0.25 * raw, "{smoothed} {raw}");
+    assert!(smoothed < 0.4 * raw, "{smoothed} {raw}");
     // Edges, lines and spots of a pixel stay what they are, and other surfaces have no say: the right half lies a metre lower.
     let mut steps = Floor::new(160, 64);
     for pixel in (0..steps.gbuffer.pixels()).filter(|pixel| pixel % 160 >= 77) {
