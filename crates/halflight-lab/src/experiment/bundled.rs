@@ -74,7 +74,7 @@ mod tests {
             ("lattice", 4, 4 + 4 + 4 * 2 + 3),
             ("light-samples", 3, 2 * 3 + 2 * (2 * 3 + 1) + 2 * (2 * 2 + 1)),
             ("pareto", 5, 8 * 2 + 5 * 2 + 4 + 1 + 3 + 20 + 2 * 2 * 3 + 4 + 1 + 5 + 4 * 3 + 2 + 4 + 4),
-            ("rivals", 5, 3 + 3 + 4 + 5),
+            ("rivals", 5, 3 + 3 + 4 + 3 + 5),
             ("scaling-pixels", 2 * 4, 3),
             ("scaling-samples", 2, 3 * 4 + 2 * 4),
             ("scaling-triangles", 3 * 6, 3 + 2),

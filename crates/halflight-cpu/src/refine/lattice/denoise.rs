@@ -98,6 +98,10 @@ impl Lattice {
                 }
             }
             sum.add(ring);
+            // Most samples are in full light or in umbra, as their neighbours are.
+            if !varies && ring.count > 0.0 {
+                break;
+            }
         }
         if !varies {
             return Estimate { variance: 0.0, ..own };
