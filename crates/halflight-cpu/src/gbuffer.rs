@@ -14,7 +14,7 @@ use crate::simd::{Isa, Kernel, Simd};
 use rays::Rays;
 use surface::Layers;
 
-pub(crate) use sub_samples::trace_sub_samples;
+pub(crate) use sub_samples::{SubSample, trace_sub_samples};
 
 /// Pixels along the side of a tile, and of the squares that it consists of. A tile is a packet; where the tile before it has
 /// shown more than [`FINE`] triangles, each square is.

@@ -8,6 +8,7 @@ use halflight_core::light::AreaLight;
 use halflight_core::values::Values;
 
 use super::sources::Source;
+use super::surfaces::Seen;
 use crate::irradiance::Shading;
 use crate::unshadowed::unshadowed_many;
 
@@ -51,47 +52,53 @@ struct Block {
     source_normals: [Vec3; BLOCK],
 }
 
+impl Block {
+    const EMPTY: Self = Self {
+        count: 0,
+        pixel: [0; BLOCK],
+        origins: [Vec3::ZERO; BLOCK],
+        normals: [Vec3::ZERO; BLOCK],
+        albedo: [Vec3::ZERO; BLOCK],
+        values: [Vec3::ZERO; BLOCK],
+        source_origins: [Vec3::ZERO; BLOCK],
+        source_normals: [Vec3::ZERO; BLOCK],
+    };
+}
+
 impl Lit<'_> {
-    /// Adds the light to the sums of some pixels, whose first sub-sample is `first`; `sources` has as many for each pixel.
-    pub(super) fn add(&self, first: usize, sources: &[Source], sums: &mut [Sums]) {
-        let count = sources.len() / sums.len().max(1);
-        let (samples, normals) = (self.samples, self.samples.shading_normals());
-        let mut block = Block {
-            count: 0,
-            pixel: [0; BLOCK],
-            origins: [Vec3::ZERO; BLOCK],
-            normals: [Vec3::ZERO; BLOCK],
-            albedo: [Vec3::ZERO; BLOCK],
-            values: [Vec3::ZERO; BLOCK],
-            source_origins: [Vec3::ZERO; BLOCK],
-            source_normals: [Vec3::ZERO; BLOCK],
-        };
-        for (at, &source) in sources.iter().enumerate() {
-            let (values, source_surfaces, entry) = match source {
-                Source::Whole | Source::Background => continue,
-                Source::Pixel(pixel) => (self.pixel_value(pixel as usize), self.gbuffer, pixel as usize),
-                Source::Own(other) => {
-                    let entry = first + at / count * count + usize::from(other);
-                    (Vec3::splat(self.own[entry]), samples, entry)
+    /// Adds the light to the sums of some pixels; the sub-samples of the `i`-th are `starts[i]..starts[i + 1]`.
+    pub(super) fn add(&self, starts: &[usize], sources: &[Source], sums: &mut [Sums]) {
+        let mut block = Block::EMPTY;
+        for (pixel, range) in starts.windows(2).enumerate() {
+            for entry in range[0]..range[1] {
+                let sample = Seen { gbuffer: self.samples, entry };
+                let (values, source) = match sources[entry] {
+                    Source::Whole => break,
+                    Source::Background => continue,
+                    Source::Pixel(entry) => {
+                        let entry = entry as usize;
+                        (self.pixel_value(entry), Seen { gbuffer: self.gbuffer, entry })
+                    }
+                    Source::Own(place) => {
+                        let entry = range[0] + usize::from(place);
+                        (Vec3::splat(self.own[entry]), Seen { gbuffer: self.samples, entry })
+                    }
+                };
+                // In the umbra it does not matter how much light there would be.
+                if values == Vec3::ZERO {
+                    continue;
                 }
-            };
-            // In the umbra it does not matter how much light there would be.
-            if values == Vec3::ZERO {
-                continue;
-            }
-            let lane = block.count;
-            block.pixel[lane] = at / count;
-            block.origins[lane] = samples.position[first + at];
-            block.normals[lane] = normals[first + at];
-            block.albedo[lane] = samples.albedo[first + at];
-            block.values[lane] = values;
-            if self.shading == Shading::Sampled {
-                block.source_origins[lane] = source_surfaces.position[entry];
-                block.source_normals[lane] = source_surfaces.shading_normals()[entry];
-            }
-            block.count += 1;
-            if block.count == BLOCK {
-                self.flush(&mut block, sums);
+                let lane = block.count;
+                (block.pixel[lane], block.values[lane], block.albedo[lane]) =
+                    (pixel, values, sample.albedo());
+                (block.origins[lane], block.normals[lane]) = sample.receiver();
+                if self.shading == Shading::Sampled {
+                    (block.source_origins[lane], block.source_normals[lane]) = source.receiver();
+                }
+                block.count += 1;
+                if block.count == BLOCK {
+                    self.flush(&mut block, sums);
+                }
             }
         }
         self.flush(&mut block, sums);

@@ -1,14 +1,12 @@
 //! Sources of sub-samples: which pixel, or which sub-sample with a mask of its own, each takes its visible fraction from.
 
 use glam::{IVec2, Vec2};
-use halflight_core::frame::Frame;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
-use rayon::prelude::*;
 
 use super::surfaces::{Seen, Surfaces};
 
 /// Largest number of sub-samples of a pixel.
-pub(super) const MOST: usize = 16;
+const MOST: usize = 16;
 
 /// Pixels of a 3 × 3 neighbourhood.
 const NEAR: usize = 9;
@@ -23,7 +21,7 @@ pub(super) enum Source {
     Background,
     /// A pixel's centre.
     Pixel(u32),
-    /// A mask that a sub-sample of the same pixel asks for, by its number in the pixel.
+    /// A mask that a sub-sample of the same pixel asks for, by its place among the pixel's.
     Own(u8),
 }
 
@@ -37,57 +35,74 @@ fn nearest(offset: Vec2) -> [IVec2; NEAR] {
     near
 }
 
-/// Finds the sources of all sub-samples: `samples` has a row for each of `pixels`, with a column for each of `offsets`.
-pub(super) fn find(
-    frame: &Frame,
-    surfaces: &Surfaces,
-    pixels: &[u32],
-    offsets: &[Vec2],
-    samples: &GBuffer,
-    out: &mut Vec<Source>,
-) {
-    let mut near = [[IVec2::ZERO; NEAR]; MOST];
-    for (near, &offset) in near.iter_mut().zip(offsets) {
-        *near = nearest(offset);
+/// Search for sources in one frame.
+pub(super) struct Search<'a> {
+    surfaces: &'a Surfaces<'a>,
+    /// Surfaces of the pixels.
+    gbuffer: &'a GBuffer,
+    /// Pixels around each offset.
+    near: [[IVec2; NEAR]; MOST],
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(surfaces: &'a Surfaces, gbuffer: &'a GBuffer, offsets: &[Vec2]) -> Self {
+        let mut near = [[IVec2::ZERO; NEAR]; MOST];
+        near.iter_mut().zip(offsets).for_each(|(near, &offset)| *near = nearest(offset));
+        Self { surfaces, gbuffer, near }
     }
-    let count = offsets.len();
-    out.resize(samples.pixels(), Source::Whole);
-    let rows = out.par_chunks_mut(count).zip(pixels).enumerate().with_min_len(64);
-    rows.for_each(|(row, (out, &pixel))| {
-        let seen = |column: usize| Seen::new(samples, row * count + column);
-        let centre = Seen::new(frame.gbuffer, pixel as usize);
-        if (0..count).all(|column| surfaces.look_alike(&centre, &seen(column))) {
+
+    /// Finds the sources of the sub-samples of `pixel`, which have these offsets and are entries from `first` on of `samples`.
+    pub(super) fn find(
+        &self,
+        pixel: u32,
+        offsets: impl Iterator<Item = u8>,
+        samples: &GBuffer,
+        first: usize,
+        out: &mut [Source],
+    ) {
+        let seen = |place: usize| Seen { gbuffer: samples, entry: first + place };
+        let centre = Seen { gbuffer: self.gbuffer, entry: pixel as usize };
+        if (0..out.len()).all(|place| self.surfaces.look_alike(centre, seen(place))) {
             out.fill(Source::Whole);
             return;
         }
-        for column in 0..count {
-            let sample = seen(column);
-            out[column] = if sample.triangle == NO_PRIMITIVE {
+        for (place, offset) in offsets.enumerate().take(out.len()) {
+            let sample = seen(place);
+            out[place] = if sample.triangle() == NO_PRIMITIVE {
                 Source::Background
-            } else if let Some(found) = pixel_of(frame.gbuffer, surfaces, pixel, &near[column], &sample) {
+            } else if let Some(found) = self.pixel_of(pixel, offset, sample) {
                 Source::Pixel(found)
             } else {
                 let own = |&other: &usize| {
-                    out[other] == Source::Own(other as u8) && surfaces.are_one(&seen(other), &sample)
+                    out[other] == Source::Own(other as u8) && self.surfaces.are_one(seen(other), sample)
                 };
-                Source::Own((0..column).find(own).unwrap_or(column) as u8)
+                Source::Own((0..place).find(own).unwrap_or(place) as u8)
             };
         }
-    });
+    }
+
+    /// Nearest pixel that sees the surface of a sub-sample of `pixel`.
+    fn pixel_of(&self, pixel: u32, offset: u8, sample: Seen) -> Option<u32> {
+        let GBuffer { width, height, .. } = *self.gbuffer;
+        let (x, y) = (pixel % width, pixel / width);
+        let mut near = self.near[usize::from(offset)].iter().filter_map(|step| {
+            let (x, y) = (x.wrapping_add_signed(step.x), y.wrapping_add_signed(step.y));
+            (x < width && y < height).then_some(y * width + x)
+        });
+        near.find(|&index| {
+            self.surfaces.are_one(Seen { gbuffer: self.gbuffer, entry: index as usize }, sample)
+        })
+    }
 }
 
-/// Nearest pixel that sees the surface of a sub-sample of `pixel`.
-fn pixel_of(
-    gbuffer: &GBuffer,
-    surfaces: &Surfaces,
-    pixel: u32,
-    near: &[IVec2; NEAR],
-    sample: &Seen,
-) -> Option<u32> {
-    let (width, height) = (gbuffer.width as i32, gbuffer.height as i32);
-    let place = IVec2::new(pixel as i32 % width, pixel as i32 / width);
-    let pixels = near.iter().map(|&step| place + step);
-    let inside = pixels.filter(|at| (0..width).contains(&at.x) && (0..height).contains(&at.y));
-    let mut indices = inside.map(|at| (at.y * width + at.x) as u32);
-    indices.find(|&index| surfaces.are_one(&Seen::new(gbuffer, index as usize), sample))
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_own_pixel_comes_first_and_the_opposite_corner_last() {
+        let near = nearest(Vec2::new(0.4375, -0.375));
+        assert_eq!(near[..2], [IVec2::ZERO, IVec2::new(1, 0)]);
+        assert_eq!(near[8], IVec2::new(-1, 1));
+    }
 }

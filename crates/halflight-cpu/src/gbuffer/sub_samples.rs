@@ -11,47 +11,52 @@ use super::surface::Layers;
 use crate::bvh::Bvh;
 use crate::simd::{Isa, Kernel, Simd};
 
-/// Rays of a packet.
+/// Rays of a packet; where the packet before it has met more than [`MANY`] triangles, of a smaller one.
 const PACKET: usize = 64;
+const SMALL: usize = 16;
 
-/// Packets that are traced by one thread.
-const PACKETS: usize = 16;
+/// Triangles in a packet beyond which rays that travel apart meet fewer of them.
+const MANY: usize = 16;
 
-/// Fills `out` with the nearest surfaces at points of an image of this size: a row for each of `pixels`, with a column for each of
-/// `offsets` (pixels, to the right and down) from its centre. Hits are decided as [`trace`](super::trace) decides them.
+/// Sub-samples that are traced by one thread.
+const TASK: usize = 1024;
+
+/// Sub-sample of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SubSample {
+    pub(crate) pixel: u32,
+    /// Number of its offset.
+    pub(crate) offset: u8,
+}
+
+/// Fills `out` with the nearest surfaces at `samples` of an image of this size, one entry each; `offsets` are those from the pixels' centres, in
+/// pixels to the right and down. Hits are decided as [`trace`](super::trace) decides them.
 ///
-/// Pixels that follow each other should be neighbours: their rays travel together.
+/// Sub-samples that follow each other should be neighbours: their rays travel together.
 pub(crate) fn trace_sub_samples(
     bvh: &Bvh,
     scene: &Scene,
     (width, height): (u32, u32),
-    pixels: &[u32],
     offsets: &[Vec2],
+    samples: &[SubSample],
     out: &mut GBuffer,
 ) {
-    out.reset(offsets.len() as u32, pixels.len() as u32);
+    out.reset(samples.len() as u32, 1);
     let (isa, view) = (Isa::best(), View::new(&scene.camera, width, height));
-    let together = (PACKET / offsets.len().max(1)).max(1);
-    let task = together * PACKETS;
-    if out.pixels() == 0 {
-        return;
-    }
-    let tasks = pixels.par_chunks(task).zip(Layers::parts(out, &scene.mesh, task * offsets.len()));
-    tasks.with_max_len(1).for_each(|(pixels, layers)| {
-        isa.run(Task { bvh, mesh: &scene.mesh, width, view: &view, pixels, offsets, together, layers });
+    let tasks = samples.par_chunks(TASK).zip(Layers::parts(out, &scene.mesh, TASK));
+    tasks.with_max_len(1).for_each(|(samples, layers)| {
+        isa.run(Task { bvh, mesh: &scene.mesh, width, view: &view, offsets, samples, layers });
     });
 }
 
-/// Packets of the sub-samples of some pixels.
+/// Packets of some sub-samples.
 struct Task<'a> {
     bvh: &'a Bvh,
     mesh: &'a Mesh,
     width: u32,
     view: &'a View,
-    pixels: &'a [u32],
     offsets: &'a [Vec2],
-    /// Pixels of a packet.
-    together: usize,
+    samples: &'a [SubSample],
     layers: Layers<'a>,
 }
 
@@ -60,16 +65,20 @@ impl Kernel for Task<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(mut self) {
-        let Self { width, view, offsets, together, .. } = self;
+        let Self { width, view, offsets, samples, .. } = self;
         let mut rays = Rays::new(self.bvh, self.mesh, view.eye);
-        for (index, pixels) in self.pixels.chunks(together).enumerate() {
+        let (mut first, mut size) = (0, PACKET);
+        while first < samples.len() {
+            let packet = &samples[first..(first + size).min(samples.len())];
             let direction = |ray: usize| {
-                let (pixel, offset) = (pixels[ray / offsets.len()], offsets[ray % offsets.len()].as_dvec2());
+                let SubSample { pixel, offset } = packet[ray];
+                let offset = offsets[usize::from(offset)].as_dvec2();
                 let (x, y) = (f64::from(pixel % width) + 0.5, f64::from(pixel / width) + 0.5);
                 view.through(x + offset.x, y + offset.y)
             };
-            let first = index * together * offsets.len();
-            rays.trace::<S>(pixels.len() * offsets.len(), direction, |ray| first + ray, &mut self.layers);
+            let triangles = rays.trace::<S>(packet.len(), direction, |ray| first + ray, &mut self.layers);
+            first += packet.len();
+            size = if triangles * PACKET > MANY * packet.len() { SMALL } else { PACKET };
         }
     }
 }
@@ -93,9 +102,11 @@ mod tests {
         let pixels: Vec<u32> = (0..width * height).filter(|pixel| pixel % 3 != 1).collect();
         for count in subpixel::COUNTS {
             let offsets = subpixel::offsets(count).unwrap();
+            let of = |&pixel: &u32| (0..count as u8).map(move |offset| SubSample { pixel, offset });
+            let samples: Vec<SubSample> = pixels.iter().flat_map(of).collect();
             let mut found = GBuffer::default();
-            trace_sub_samples(&bvh, &scene, (width, height), &pixels, offsets, &mut found);
-            assert_eq!((found.width, found.height as usize), (count, pixels.len()));
+            trace_sub_samples(&bvh, &scene, (width, height), offsets, &samples, &mut found);
+            assert_eq!(found.pixels(), samples.len());
             for (column, &offset) in offsets.iter().enumerate() {
                 let mut shifted = scene.clone();
                 shifted.camera = subpixel::shifted(&scene.camera, offset, width, height);
