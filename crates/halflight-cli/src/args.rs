@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValue, PossibleValuesParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use halflight_cpu::config::{Named, Quality, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 
@@ -154,6 +154,11 @@ fn names<T: Named>() -> PossibleValuesParser {
     all.map(|(&name, old)| PossibleValue::new(name).aliases(old.iter().copied())).into()
 }
 
+/// Returns the parser of a number of sub-samples.
+fn sub_samples() -> impl TypedValueParser<Value = u32> {
+    PossibleValuesParser::new(["1", "4", "8", "16"]).try_map(|count| count.parse::<u32>())
+}
+
 /// Options that choose the stages of a pipeline.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct Choices {
@@ -203,6 +208,10 @@ pub(crate) struct Choices {
     /// Seed of all randomness [default: 0].
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u32>,
+    /// Sub-samples of pixels that see several surfaces, 1 for none [default: 1]. A GPU renders that many frames, shifted by parts of a
+    /// pixel, and one more.
+    #[arg(long, value_name = "N", value_parser = sub_samples())]
+    pub(crate) antialias: Option<u32>,
     /// Start from a configuration file (TOML or JSON) with all or some of the keys that --print-config shows; options
     /// take precedence.
     #[arg(long, value_name = "F.toml")]
@@ -222,6 +231,10 @@ pub(crate) struct Reference {
     /// Size in pixels.
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "640x480")]
     pub(crate) size: (u32, u32),
+    /// Sub-samples of every pixel, over which the light samples are shared out; 1 for its centre alone. They are those of `halflight render
+    /// --antialias`.
+    #[arg(long, value_name = "N", value_parser = sub_samples(), default_value = "1")]
+    pub(crate) antialias: u32,
     /// Seed of the light samples. Must not be that of images to be compared with it.
     #[arg(long, value_name = "N", default_value_t = halflight_lab::reference::SEED)]
     pub(crate) seed: u32,

@@ -78,6 +78,7 @@ fn options(choices: &Choices) -> Value {
     put("upsampler", if lattice { Some(json!("lattice")) } else { text(&choices.upsampler) });
     put("shading", if lattice { Some(json!("ratio")) } else { text(&choices.shading) });
     put("seed", choices.seed.map(|seed| json!(seed)));
+    put("antialias", choices.antialias.map(|count| json!(count)));
     // Some backends need samples in rows.
     let usual = LightSampling::default();
     let backend = choices.visibility.as_deref().and_then(VisibilityConfig::named);

@@ -12,7 +12,7 @@ use halflight_image::{ExrFile, picture};
 use halflight_lab::program::say;
 use halflight_lab::reference::unlit::unlit;
 use halflight_lab::reference::voxel_errors::failures;
-use halflight_metrics::{write_file, write_png};
+use halflight_metrics::{tone_map, write_file, write_png};
 use serde_json::{Value, json};
 
 use crate::Outcome;
@@ -80,7 +80,10 @@ impl Output<'_> {
         }
         let (width, height) = (config.width, config.height);
         if let Some(path) = args.png.as_ref().map(file) {
-            let rgb = picture::image(&image.irradiance, &gbuffer.albedo, args.exposure);
+            let rgb = match image.radiance.is_empty() {
+                true => picture::image(&image.irradiance, &gbuffer.albedo, args.exposure),
+                false => tone_map(&image.radiance, args.exposure),
+            };
             write_png(&path, width, height, &rgb)?;
             written.push(path);
         }
@@ -131,7 +134,10 @@ fn layers(
         metadata["moment"] = json!({ "frame": moment.frame, "time_s": moment.time_s });
     }
     let mut file = ExrFile::new(image.width, image.height, metadata);
-    file.add_light(&image.irradiance, &gbuffer.albedo);
+    match image.radiance.is_empty() {
+        true => file.add_light(&image.irradiance, &gbuffer.albedo),
+        false => file.add_resolved_light(&image.irradiance, &image.radiance),
+    }
     // GPUs keep no visible part.
     if !image.visibility.is_empty() {
         file.add_visibility(&image.visibility);

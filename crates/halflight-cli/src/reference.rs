@@ -23,7 +23,8 @@ pub(crate) fn run(args: &Reference) -> Outcome {
     paths::check(&output, &ready.files(name))?;
     let scene = &ready.prepared;
     let (width, height) = args.size;
-    let config = ReferenceConfig { width, height, samples: args.samples, seed: args.seed };
+    let config =
+        ReferenceConfig { width, height, samples: args.samples, seed: args.seed, antialias: args.antialias };
     // Nothing is left beside a pipe or a device.
     let folder = args.out.parent().filter(|_| !is_stream(&args.out));
     let cache = args.cache.as_deref().or(folder).unwrap_or(Path::new(""));
@@ -54,12 +55,16 @@ pub(crate) fn run(args: &Reference) -> Outcome {
             "height": height,
             "samples": result.samples,
             "seed": args.seed,
+            "antialias": args.antialias,
             "noise_nmse2": result.noise_nmse2,
         },
     });
     let mut file = ExrFile::new(width, height, metadata);
-    file.add_light(&result.irradiance, &seen.albedo);
     file.add_visibility(&result.visibility);
+    match result.radiance.is_empty() {
+        true => file.add_light(&result.irradiance, &seen.albedo),
+        false => file.add_resolved_light(&result.irradiance, &result.radiance),
+    }
     file.add_geometry(&seen);
     file.write(&args.out)?;
     if let Some(reason) = unlit(scene.scene(), &seen, &result.irradiance) {

@@ -1,7 +1,7 @@
 //! Statistics of a frame: as JSON, and in words.
 
 use halflight_core::stats::{
-    CertificateCounts, FragmentCounts, FrameStats, RayCounts, StageTimes, VisibilityStats,
+    AntialiasCounts, CertificateCounts, FragmentCounts, FrameStats, RayCounts, StageTimes, VisibilityStats,
 };
 use halflight_cpu::config::{Named, PipelineConfig};
 use serde::Serialize;
@@ -19,6 +19,7 @@ pub(crate) struct Statistics<'a> {
     rays: &'a RayCounts,
     visibility: &'a VisibilityStats,
     certified: &'a CertificateCounts,
+    antialias: &'a AntialiasCounts,
     #[serde(skip_serializing_if = "Option::is_none")]
     expected_nmse2: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -42,6 +43,7 @@ impl<'a> Statistics<'a> {
             rays,
             visibility,
             certified,
+            antialias,
             expected_nmse2,
             stages_ms,
             total_ms,
@@ -55,6 +57,7 @@ impl<'a> Statistics<'a> {
             rays,
             visibility,
             certified,
+            antialias,
             expected_nmse2: *expected_nmse2,
             voxel_failures,
             stages_ms,
@@ -67,8 +70,18 @@ impl<'a> Statistics<'a> {
 
 /// Returns a short account for people.
 pub(crate) fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, build_ms: f64) -> String {
-    let StageTimes { gbuffer, pyramid, refine, visibility, certify, irradiance, upsample, compose, .. } =
-        stats.stages_ms;
+    let StageTimes {
+        gbuffer,
+        pyramid,
+        refine,
+        visibility,
+        certify,
+        irradiance,
+        upsample,
+        compose,
+        antialias,
+        ..
+    } = stats.stages_ms;
     let stages = [
         ("gbuffer", gbuffer),
         ("pyramid", pyramid),
@@ -78,6 +91,7 @@ pub(crate) fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, 
         ("irradiance", irradiance),
         ("upsample", upsample),
         ("compose", compose),
+        ("antialias", antialias),
         ("total", stats.total_ms),
     ];
     let PipelineConfig { width, height, refiner, visibility, upsampler, sampling, .. } = config;
@@ -121,6 +135,13 @@ pub(crate) fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, 
             share(lit),
             share(umbra),
             share(bounded)
+        ));
+    }
+    let AntialiasCounts { edge_pixels, resolved_pixels, sub_samples, masks, .. } = stats.antialias;
+    if edge_pixels > 0 {
+        lines.push(format!(
+            "  edges      {edge_pixels} pixels, {resolved_pixels} of several surfaces; {sub_samples} sub-samples, {masks} with masks of \
+             their own"
         ));
     }
     if let Some(error) = stats.expected_nmse2 {

@@ -196,7 +196,13 @@ impl View {
     /// Returns the direction through a pixel's centre, one unit along the view direction.
     #[inline(always)]
     pub fn direction(&self, x: usize, y: usize) -> Vec3 {
-        (self.corner + self.right * (x as f64 + 0.5) + self.down * (y as f64 + 0.5)).as_vec3()
+        self.through(x as f64 + 0.5, y as f64 + 0.5)
+    }
+
+    /// Returns the direction through a point of the image, in pixels from its top left corner, one unit along the view direction.
+    #[inline(always)]
+    pub fn through(&self, x: f64, y: f64) -> Vec3 {
+        (self.corner + self.right * x + self.down * y).as_vec3()
     }
 }
 

@@ -20,6 +20,7 @@ pub mod scene;
 pub mod smooth;
 pub mod stages;
 pub mod stats;
+pub mod subpixel;
 pub mod values;
 
 pub use glam;

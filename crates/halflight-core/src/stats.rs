@@ -46,6 +46,23 @@ pub struct StageTimes {
     pub upsample: f64,
     /// Unshadowed irradiance, product and sum over the lights.
     pub compose: f64,
+    /// Edge pixels: their sub-samples, the masks of these, and the sum over the lights. Only with antialiasing.
+    #[serde(default)]
+    pub antialias: f64,
+}
+
+/// Counts of antialiasing; all 0 without.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct AntialiasCounts {
+    /// Edge pixels: their neighbours see another surface.
+    pub edge_pixels: u64,
+    /// Edge pixels of which a sub-sample sees another surface than the centre, which are resolved.
+    pub resolved_pixels: u64,
+    /// Sub-samples of edge pixels, each a primary ray.
+    pub sub_samples: u64,
+    /// Visibility masks of sub-samples on surfaces that no pixel nearby sees, all lights together.
+    pub masks: u64,
 }
 
 /// Fragments of a frame, all lights together.
@@ -185,6 +202,9 @@ pub struct FrameStats {
     /// Receiver pixels by what was certified of them.
     #[serde(alias = "proofs")]
     pub certified: CertificateCounts,
+    /// Edge pixels and their sub-samples.
+    #[serde(default)]
+    pub antialias: AntialiasCounts,
     /// Expected squared error of the irradiance over its squares, summed over the image by luminance: what the NMSE₂ against
     /// a reference should be. None from refiners that do not aim at one.
     #[serde(default)]

@@ -186,6 +186,14 @@ pub struct PipelineConfig {
     pub sampling: LightSampling,
     /// Seed of all randomness.
     pub seed: u32,
+    /// Sub-samples of pixels that see several surfaces: 1 (off), 4, 8 or 16.
+    #[serde(default = "no_antialiasing")]
+    pub antialias: u32,
+}
+
+/// Returns the number of sub-samples in files that do not say it.
+fn no_antialiasing() -> u32 {
+    1
 }
 
 impl Default for PipelineConfig {
@@ -199,6 +207,7 @@ impl Default for PipelineConfig {
             shading: Shading::default(),
             sampling: LightSampling::default(),
             seed: 0,
+            antialias: no_antialiasing(),
         }
     }
 }
@@ -317,7 +326,8 @@ impl PipelineConfig {
             .boxed_upsampler(self.upsampler.stage(&self.refiner))
             .shading(self.shading)
             .sampling(self.sampling)
-            .seed(self.seed);
+            .seed(self.seed)
+            .antialias(self.antialias);
         match visibility {
             Ok(stage) => builder.boxed_visibility(stage),
             Err(fault) => builder.failing(fault),

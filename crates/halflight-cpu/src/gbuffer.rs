@@ -1,16 +1,20 @@
 //! The G-buffer: what each pixel's centre sees, found by packets of primary rays.
 
-use glam::{DVec3, Vec2, Vec3, Vec3Swizzles as _};
+mod rays;
+mod sub_samples;
+mod surface;
+
 use halflight_core::camera::View;
-use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE, receiver_origin};
-use halflight_core::scene::{Mesh, Scene, Texture};
-use halflight_core::smooth::SmoothTriangle;
+use halflight_core::gbuffer::GBuffer;
+use halflight_core::scene::{Mesh, Scene};
 use rayon::prelude::*;
 
-use crate::bvh::{Bvh, Hits, Packet, STACK};
-use crate::occluder::exact::Ray;
-use crate::occluder::{barycentric, corner_weights};
+use crate::bvh::Bvh;
 use crate::simd::{Isa, Kernel, Simd};
+use rays::Rays;
+use surface::Layers;
+
+pub(crate) use sub_samples::{SubSample, trace_sub_samples};
 
 /// Pixels along the side of a tile, and of the squares that it consists of. A tile is a packet; where the tile before it has
 /// shown more than [`FINE`] triangles, each square is.
@@ -19,9 +23,6 @@ const SQUARE: usize = 4;
 
 /// Triangles in a tile beyond which rays that travel apart meet fewer of them.
 const FINE: usize = 16;
-
-/// Triangles that are remembered.
-const SURFACES: usize = 64;
 
 /// Fills `out` with the nearest surface at every pixel centre. `bvh` must be built over `scene`'s mesh.
 ///
@@ -40,190 +41,22 @@ fn trace_with(isa: Isa, bvh: &Bvh, scene: &Scene, width: u32, height: u32, out: 
         return;
     }
     let view = View::new(&scene.camera, width, height);
-    let band = TILE * width as usize;
-    // Scenes without smooth surfaces have no layer for them.
-    let (pixels, smooth) = (out.pixels(), !scene.mesh.normals.is_empty());
-    out.shading.resize(if smooth { pixels } else { 0 }, Vec3::ZERO);
-    let shading_rows = (0..height as usize).step_by(TILE);
-    let mut shading = out.shading.chunks_mut(band);
-    let shading: Vec<&mut [Vec3]> = shading_rows.map(|_| shading.next().unwrap_or_default()).collect();
-    out.depth
-        .par_chunks_mut(band)
-        .zip(out.position.par_chunks_mut(band))
-        .zip(out.normal.par_chunks_mut(band))
-        .zip(out.albedo.par_chunks_mut(band))
-        .zip(out.primitive.par_chunks_mut(band))
-        .zip(shading)
-        .enumerate()
-        // Bands differ in cost.
-        .with_max_len(1)
-        .for_each(|(index, (((((depth, position), normal), albedo), primitive), shading))| {
-            let rows = Rows { top: index * TILE, depth, position, normal, shading, albedo, primitive };
-            isa.run(Band { bvh, mesh: &scene.mesh, view: &view, width: width as usize, rows });
-        });
+    // Bands differ in cost.
+    let bands = Layers::parts(out, &scene.mesh, TILE * width as usize).enumerate().with_max_len(1);
+    bands.for_each(|(index, layers)| {
+        let top = index * TILE;
+        isa.run(Band { bvh, mesh: &scene.mesh, view: &view, width: width as usize, top, layers });
+    });
 }
 
-/// Up to [`TILE`] rows of the image.
-struct Rows<'a> {
-    top: usize,
-    depth: &'a mut [f32],
-    position: &'a mut [Vec3],
-    normal: &'a mut [Vec3],
-    /// Empty where no surface of the scene is smooth.
-    shading: &'a mut [Vec3],
-    albedo: &'a mut [Vec3],
-    primitive: &'a mut [u32],
-}
-
-impl Rows<'_> {
-    #[inline(always)]
-    fn write(&mut self, pixel: usize, mesh: &Mesh, eye: Vec3, d: Vec3, seen: &Surface) {
-        if seen.triangle == NO_PRIMITIVE {
-            self.depth[pixel] = f32::INFINITY;
-            self.position[pixel] = Vec3::ZERO;
-            self.normal[pixel] = Vec3::ZERO;
-            if let Some(shading) = self.shading.get_mut(pixel) {
-                *shading = Vec3::ZERO;
-            }
-            self.albedo[pixel] = Vec3::ZERO;
-            self.primitive[pixel] = NO_PRIMITIVE;
-            return;
-        }
-        let t = seen.parameter(eye, d);
-        let from_behind = seen.normal.dot(d) > 0.0;
-        let normal = if from_behind { -seen.normal } else { seen.normal };
-        let (mut point, mut shading) = (eye.as_dvec3() + d.as_dvec3() * t, normal);
-        let weights = || barycentric(&corner_weights(seen.corners, eye), d);
-        if let Some(smooth) = seen.smooth {
-            let (second, third) = weights();
-            let smooth = if from_behind { smooth.reversed() } else { smooth };
-            (point, shading) = smooth.surface(seen.corners, [1.0 - second - third, second, third], point);
-        }
-        self.depth[pixel] = t as f32;
-        self.position[pixel] = receiver_origin(point, normal, seen.extent);
-        self.normal[pixel] = normal;
-        if let Some(place) = self.shading.get_mut(pixel) {
-            *place = shading;
-        }
-        self.albedo[pixel] = match seen.texture {
-            None => seen.albedo,
-            Some(texture) => {
-                let (second, third) = weights();
-                seen.albedo * texel(mesh, texture, seen.triangle, second, third)
-            }
-        };
-        self.primitive[pixel] = seen.triangle;
-    }
-}
-
-/// Properties that all pixels which see one triangle share.
-#[derive(Clone, Copy)]
-struct Surface {
-    triangle: u32,
-    corners: [Vec3; 3],
-    /// Product of two edges.
-    cross: DVec3,
-    /// Distance of the triangle's plane from the eye, times the product's length.
-    distance: f64,
-    /// Bound on the error of products of directions and the product of edges, times 2³². Infinite where the distance is
-    /// not known that well.
-    error: DVec3,
-    /// Largest extent of the triangle along any axis.
-    extent: f32,
-    normal: Vec3,
-    /// Shading normals on the side of `normal`, for smooth surfaces.
-    smooth: Option<SmoothTriangle>,
-    albedo: Vec3,
-    texture: Option<u32>,
-}
-
-impl Surface {
-    const NONE: Self = Self {
-        triangle: NO_PRIMITIVE,
-        corners: [Vec3::ZERO; 3],
-        cross: DVec3::ZERO,
-        distance: 0.0,
-        error: DVec3::ZERO,
-        extent: 0.0,
-        normal: Vec3::ZERO,
-        smooth: None,
-        albedo: Vec3::ZERO,
-        texture: None,
-    };
-
-    fn new(mesh: &Mesh, eye: Vec3, triangle: u32, corners: [Vec3; 3]) -> Self {
-        if triangle == NO_PRIMITIVE {
-            return Self::NONE;
-        }
-        let material = &mesh.materials[mesh.material_ids[triangle as usize] as usize];
-        let [a, b, c] = corners.map(Vec3::as_dvec3);
-        let (u, v, away) = (b - a, c - a, a - eye.as_dvec3());
-        let (plus, minus) = (u.yzx() * v.zxy(), u.zxy() * v.yzx());
-        let (cross, error) = (plus - minus, (plus.abs() + minus.abs()) * 2f64.powi(-16));
-        let distance = cross.dot(away);
-        let normal = geometric_normal(corners);
-        let known = distance.abs() > error.dot(away.abs());
-        Self {
-            triangle,
-            corners,
-            cross,
-            distance,
-            error: if known { error } else { DVec3::INFINITY },
-            extent: u.abs().max(v.abs()).max((c - b).abs()).max_element() as f32,
-            normal,
-            smooth: SmoothTriangle::new(mesh, triangle as usize, normal),
-            albedo: material.albedo,
-            texture: material.texture,
-        }
-    }
-
-    /// The parameter at which the ray along `d` meets the triangle, wrong by a 2⁻³²nd of itself at most.
-    #[inline(always)]
-    fn parameter(&self, eye: Vec3, d: Vec3) -> f64 {
-        let along = self.cross.dot(d.as_dvec3());
-        if along.abs() > self.error.dot(d.as_dvec3().abs()) {
-            return self.distance / along;
-        }
-        Ray { origin: eye, d }.parameter(self.corners)
-    }
-}
-
-/// Of edges in single precision, as other devices have them, in double, so that no triangle is too small for it.
-fn geometric_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
-    (b - a).as_dvec3().cross((c - a).as_dvec3()).normalize_or_zero().as_vec3()
-}
-
-fn texel(mesh: &Mesh, texture: u32, triangle: u32, second: f32, third: f32) -> Vec3 {
-    let [a, b, c] = mesh.triangles[triangle as usize].map(|vertex| mesh.uvs[vertex as usize]);
-    bilinear(&mesh.textures[texture as usize], a + ((b - a) * second + (c - a) * third))
-}
-
-/// The texture at `uv`, repeated beyond the unit square; texel centres lie at half numbers.
-fn bilinear(texture: &Texture, uv: Vec2) -> Vec3 {
-    let (width, height) = (texture.width as usize, texture.height as usize);
-    // The part after the point can round up to 1, and is NaN for an infinite coordinate.
-    let place = |unit: f32, size: usize| {
-        let at = (unit - unit.floor()) * size as f32 - 0.5;
-        let low = at.floor();
-        (((low as i64).rem_euclid(size.max(1) as i64)) as usize, if at.is_finite() { at - low } else { 0.0 })
-    };
-    let ((x, fx), (y, fy)) = (place(uv.x, width), place(1.0 - uv.y, height));
-    let texel = |x: usize, y: usize| texture.linear((y % height) * width + x % width);
-    if texture.texels.is_empty() || width == 0 || height == 0 {
-        return Vec3::ONE;
-    }
-    let top = texel(x, y).lerp(texel(x + 1, y), fx);
-    let bottom = texel(x, y + 1).lerp(texel(x + 1, y + 1), fx);
-    top.lerp(bottom, fy)
-}
-
-/// All tiles of some rows.
+/// All tiles of up to [`TILE`] rows.
 struct Band<'a> {
     bvh: &'a Bvh,
     mesh: &'a Mesh,
     width: usize,
     view: &'a View,
-    rows: Rows<'a>,
+    top: usize,
+    layers: Layers<'a>,
 }
 
 impl Kernel for Band<'_> {
@@ -231,12 +64,8 @@ impl Kernel for Band<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(mut self) {
-        let width = self.width;
-        let mut packet = Packet::new();
-        let mut hits = Hits::new();
-        let mut stack = [(0u32, 0.0f32); STACK];
-        // Tiles see few triangles, by turns.
-        let mut surfaces = [Surface::NONE; SURFACES];
+        let Self { width, view, top, .. } = self;
+        let mut rays = Rays::new(self.bvh, self.mesh, view.eye);
         let mut fine = false;
         for left in (0..width).step_by(TILE) {
             let (tile, squares) = self.tile(left);
@@ -247,22 +76,8 @@ impl Kernel for Band<'_> {
                 if pixels.is_empty() {
                     continue;
                 }
-                packet.clear(self.view.eye);
-                for &pixel in pixels {
-                    packet.push(self.view.direction(pixel % width, self.rows.top + pixel / width));
-                }
-                packet.finish::<S>();
-                self.bvh.closest_hit::<S>(&packet, &mut stack, &mut hits);
-                for (ray, &pixel) in pixels.iter().enumerate() {
-                    let triangle = hits.triangle[ray];
-                    let seen = &mut surfaces[triangle as usize % SURFACES];
-                    if triangle != seen.triangle {
-                        let corners = self.bvh.hit_corners(&hits, ray);
-                        *seen = Surface::new(self.mesh, self.view.eye, triangle, corners);
-                        triangles += 1;
-                    }
-                    self.rows.write(pixel, self.mesh, self.view.eye, packet.direction(ray), seen);
-                }
+                let direction = |ray: usize| view.direction(pixels[ray] % width, top + pixels[ray] / width);
+                triangles += rays.trace::<S>(pixels.len(), direction, |ray| pixels[ray], &mut self.layers);
             }
             fine = triangles > FINE;
         }
@@ -273,7 +88,7 @@ impl Band<'_> {
     /// The pixels of a tile, square by square, and where among them each square begins and the last one ends.
     fn tile(&self, left: usize) -> ([usize; TILE * TILE], [usize; 5]) {
         let width = self.width;
-        let (columns, rows) = (TILE.min(width - left), self.rows.depth.len() / width);
+        let (columns, rows) = (TILE.min(width - left), self.layers.depth.len() / width);
         let (mut tile, mut squares, mut count) = ([0; TILE * TILE], [0; 5], 0);
         for square in 0..4 {
             let (x, y) = (square % 2 * SQUARE, square / 2 * SQUARE);
@@ -293,7 +108,9 @@ impl Band<'_> {
 mod tests {
     use std::sync::Arc;
 
-    use halflight_core::scene::{Camera, Material};
+    use glam::Vec3;
+    use halflight_core::gbuffer::NO_PRIMITIVE;
+    use halflight_core::scene::{Camera, Material, Texture};
 
     use super::*;
     use crate::bvh::tests::meshes::{hall, lamp, scene, soup};
@@ -397,23 +214,6 @@ mod tests {
             assert!(out.depth.iter().all(|depth| !depth.is_nan()));
             assert!(out.normal.iter().all(|normal| normal.is_finite()));
         }
-    }
-
-    #[test]
-    fn textures_repeat_and_have_their_origin_below() {
-        let texels = vec![[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255; 4]];
-        let texture = Texture { width: 2, height: 2, texels };
-        // Texel centres: the first texel is the upper left one.
-        for (u, v, expected) in [(0.25, 0.75, Vec3::X), (0.75, 0.75, Vec3::Y), (0.25, 0.25, Vec3::Z)] {
-            for shift in [-3.0, 0.0, 1.0, 8.0] {
-                assert_eq!(bilinear(&texture, Vec2::new(u + shift, v - shift)), expected, "{u} {v} {shift}");
-            }
-        }
-        // Between all four, inside and across the border.
-        let mean = (Vec3::X + Vec3::Y + Vec3::Z + Vec3::ONE) / 4.0;
-        assert_eq!(bilinear(&texture, Vec2::new(0.5, 0.5)), mean);
-        assert_eq!(bilinear(&texture, Vec2::new(0.0, 1.0)), mean);
-        assert!(bilinear(&texture, Vec2::new(f32::INFINITY, 0.2)).is_finite());
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The stages of Halflight on the CPU: the reference implementation.
 
+mod antialias;
 pub mod beam;
 pub mod brute_force;
 pub mod bvh;

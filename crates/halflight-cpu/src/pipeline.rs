@@ -14,8 +14,10 @@ use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::{MeshError, Scene};
 use halflight_core::stages::{Refiner, Unsupported, Upsampler, Visibility};
 use halflight_core::stats::FrameStats;
+use halflight_core::subpixel::{self, SubSampleError};
 use halflight_core::values::Values;
 
+use crate::antialias::Antialias;
 use crate::beam::Beam;
 use crate::bvh::{Bvh, BvhError};
 use crate::compose::{self, Totals, luminance};
@@ -84,6 +86,15 @@ pub enum PipelineError {
     /// The caller's G-buffer cannot be used.
     #[error(transparent)]
     GBuffer(#[from] GBufferError),
+    /// Pixels cannot have so many sub-samples.
+    #[error(transparent)]
+    SubSamples(#[from] SubSampleError),
+    /// A caller's G-buffer has no sub-samples.
+    #[error(
+        "a G-buffer of your own cannot be antialiased, since it has one surface a pixel: build the pipeline with antialias(1), or \
+         render a larger image and average its pixels"
+    )]
+    GivenSubSamples,
     /// Worker threads could not be started.
     #[error("worker threads could not be started: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -100,6 +111,7 @@ pub struct PipelineBuilder {
     shading: Shading,
     sampling: LightSampling,
     seed: u32,
+    antialias: u32,
     threads: Option<usize>,
     layers: bool,
     fault: Option<PipelineError>,
@@ -172,6 +184,13 @@ impl PipelineBuilder {
         self
     }
 
+    /// Sub-samples of pixels that see several surfaces: 1 (off, the default), 4, 8 or 16. [`Image::radiance`] is filled where they are more
+    /// than one. Only for G-buffers of the pipeline's own.
+    pub fn antialias(mut self, sub_samples: u32) -> Self {
+        self.antialias = sub_samples;
+        self
+    }
+
     /// Worker threads of the pipeline's own, as far as they are [useful](useful_threads); by default rayon's global ones.
     /// The image does not depend on it.
     pub fn threads(mut self, threads: usize) -> Self {
@@ -199,7 +218,8 @@ impl PipelineBuilder {
         }
         check_scene(&self.scene)?;
         let pattern = self.sampling.pattern()?;
-        check_patterns(self.refiner.as_ref(), self.visibility.as_ref(), pattern)?;
+        subpixel::offsets(self.antialias)?;
+        self.check_patterns(self.visibility.as_ref(), pattern)?;
         let pool = match self.threads {
             Some(threads) => {
                 Some(rayon::ThreadPoolBuilder::new().num_threads(useful_threads(threads)).build()?)
@@ -210,6 +230,13 @@ impl PipelineBuilder {
         (self.scene.lights, flush) = flush::separate_lights(&self.scene, Some(&self.bvh));
         let (buffers, image) = (Buffers::default(), Image::default());
         Ok(Pipeline { state: State { builder: self, pattern, flush, index: 0, buffers, image }, pool })
+    }
+
+    /// Checks that `visibility` answers all patterns that frames ask for.
+    fn check_patterns(&self, visibility: &dyn Visibility, full: Pattern) -> Result<(), Unsupported> {
+        self.refiner.patterns(full).into_iter().try_for_each(|pattern| visibility.supports(pattern))?;
+        // Masks of sub-samples are full ones, whatever the refiner asks for.
+        if self.antialias > 1 { visibility.supports(full) } else { Ok(()) }
     }
 }
 
@@ -233,14 +260,6 @@ fn check_lights(scene: &Scene) -> Result<(), PipelineError> {
     Ok(())
 }
 
-fn check_patterns(
-    refiner: &dyn Refiner,
-    visibility: &dyn Visibility,
-    full: Pattern,
-) -> Result<(), Unsupported> {
-    refiner.patterns(full).into_iter().try_for_each(|pattern| visibility.supports(pattern))
-}
-
 /// Rendered frame. All layers are row by row from the top left.
 #[derive(Clone, Debug, Default)]
 pub struct Image {
@@ -248,9 +267,13 @@ pub struct Image {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Irradiance per channel, W/m²; zero where nothing is seen.
+    /// Irradiance per channel, W/m²; zero where nothing is seen. With antialiasing, the mean over a pixel's sub-samples where these see
+    /// several surfaces.
     pub irradiance: Vec<Vec3>,
-    /// Visible part of the unshadowed light, `ΣUF/ΣU` by luminance; empty unless layers were asked for.
+    /// Outgoing radiance per channel, W/m²/sr: albedo/π · irradiance, or with antialiasing the mean of that over a pixel's sub-samples. A
+    /// mean of products is not the product of the means, so that it does not follow from other layers. Empty without antialiasing.
+    pub radiance: Vec<Vec3>,
+    /// Visible part of the unshadowed light, `ΣUF/ΣU` by luminance, at the pixel's centre; empty unless layers were asked for.
     pub visibility: Vec<f32>,
     /// Level of the fragment each pixel lies in, the finest over the lights; `u8::MAX` where nothing is seen; empty
     /// unless layers were asked for.
@@ -270,6 +293,7 @@ struct Buffers {
     /// Values of the pixels.
     planes: Values,
     totals: Totals,
+    antialias: Antialias,
 }
 
 /// A renderer for one scene, ready for one frame after another.
@@ -300,6 +324,7 @@ impl Pipeline {
             shading: Shading::default(),
             sampling: LightSampling::default(),
             seed: 0,
+            antialias: 1,
             threads: None,
             layers: false,
             fault: None,
@@ -319,8 +344,12 @@ impl Pipeline {
     /// ([`Pipeline::set_camera`]); the scene's geometry casts the shadows.
     ///
     /// # Errors
-    /// As [`Pipeline::render`]; and where the G-buffer has another size or holds values that cannot be used.
+    /// As [`Pipeline::render`]; and where the G-buffer has another size or holds values that cannot be used, or the pipeline was built with
+    /// antialiasing.
     pub fn render_gbuffer(&mut self, gbuffer: &GBuffer) -> Result<&Image, PipelineError> {
+        if self.state.builder.antialias > 1 {
+            return Err(PipelineError::GivenSubSamples);
+        }
         let (found, expected) = ((gbuffer.width, gbuffer.height), self.state.builder.size);
         if found != expected {
             return Err(GBufferError::Size { found, expected }.into());
@@ -351,7 +380,7 @@ impl Pipeline {
     ) -> Result<(), PipelineError> {
         check_scene(scene.scene())?;
         let State { builder, pattern, flush, .. } = &mut self.state;
-        check_patterns(builder.refiner.as_ref(), visibility.as_ref(), *pattern)?;
+        builder.check_patterns(visibility.as_ref(), *pattern)?;
         builder.scene = scene.scene().clone();
         (builder.scene.lights, *flush) = flush::separate_lights(scene.scene(), Some(scene.bvh()));
         (builder.bvh, builder.visibility) = (Arc::clone(scene.bvh()), visibility);
@@ -417,6 +446,7 @@ impl State {
     fn render(&mut self, given: Option<&GBuffer>) -> Result<(), PipelineError> {
         let Self { builder, pattern, index, buffers, image, .. } = self;
         let PipelineBuilder { scene, bvh, refiner, visibility, upsampler, .. } = builder;
+        let mut antialias = (builder.antialias > 1).then_some(&mut buffers.antialias);
         let (width, height) = builder.size;
         let pixels = width as usize * height as usize;
         let mut stats = FrameStats::default();
@@ -444,6 +474,10 @@ impl State {
         visibility.prepare(&frame);
         let prepare_ms = lap(&mut clock);
         stats.stages_ms.visibility = prepare_ms;
+        if let Some(antialias) = &mut antialias {
+            antialias.prepare(bvh, &frame, builder.antialias)?;
+            stats.stages_ms.antialias = lap(&mut clock);
+        }
 
         (image.width, image.height) = (width, height);
         image.irradiance.clear();
@@ -486,6 +520,15 @@ impl State {
             let shading = builder.shading;
             compose::add_light(gbuffer, light, shading, &buffers.planes, &mut image.irradiance, totals);
             stats.stages_ms.compose += lap(&mut clock);
+            if let Some(antialias) = &mut antialias {
+                let mut requests = Requests::new(visibility.as_mut());
+                antialias.add_light(&frame, number, shading, &buffers.planes, &mut requests);
+                stats.rays += requests.rays;
+                if let Some(refusal) = requests.refusal {
+                    return Err(refusal.into());
+                }
+                stats.stages_ms.antialias += lap(&mut clock);
+            }
             for (total, count) in stats.fragments.per_level.iter_mut().zip(buffers.fragments.per_level()) {
                 *total += count;
             }
@@ -500,6 +543,12 @@ impl State {
             let energy: f64 = image.irradiance.iter().map(|rgb| f64::from(luminance(*rgb)).powi(2)).sum();
             if energy > 0.0 { error / energy } else { 0.0 }
         });
+        image.radiance.clear();
+        if let Some(antialias) = &antialias {
+            clock = Instant::now();
+            stats.antialias = antialias.resolve(gbuffer, &mut image.irradiance, &mut image.radiance);
+            stats.stages_ms.antialias += lap(&mut clock);
+        }
         stats.total_ms = start.elapsed().as_secs_f64() * 1e3;
 
         if builder.layers {
@@ -518,7 +567,7 @@ impl State {
             + refiner.bytes()
             + visibility.bytes()
             + upsampler.bytes()
-            + image.irradiance.capacity() * size_of::<Vec3>();
+            + (image.irradiance.capacity() + image.radiance.capacity()) * size_of::<Vec3>();
         stats.peak_bytes = stats.peak_bytes.max(held as u64);
         image.stats = stats;
         *index = index.wrapping_add(1);
@@ -533,6 +582,7 @@ impl Buffers {
             + self.fragments.bytes()
             + self.values.bytes()
             + self.planes.bytes()
+            + self.antialias.bytes()
             + (self.totals.unshadowed.capacity() + self.totals.visible.capacity()) * 4
     }
 }

@@ -36,6 +36,26 @@ impl Default for DiscontinuityLimits {
     }
 }
 
+/// Point of a surface, with its tangent plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SurfacePoint {
+    /// Start of its shadow rays, world space.
+    pub(crate) position: Vec3,
+    /// Geometric unit normal.
+    pub(crate) normal: Vec3,
+    /// Distance along the view direction, metres.
+    pub(crate) depth: f32,
+}
+
+impl SurfacePoint {
+    /// Point that an entry of a G-buffer sees; the entry must be a receiver.
+    #[inline]
+    pub(crate) fn new(gbuffer: &GBuffer, entry: usize) -> Self {
+        let GBuffer { position, normal, depth, .. } = gbuffer;
+        Self { position: position[entry], normal: normal[entry], depth: depth[entry] }
+    }
+}
+
 /// Tangent-plane tests between pixels of a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TangentPlanes<'a> {
@@ -87,16 +107,27 @@ impl<'a> TangentPlanes<'a> {
     /// them sees nothing.
     #[inline]
     fn compare(&self, a: usize, b: usize, apart: u32) -> Option<Elevations> {
-        let GBuffer { position, normal, depth, .. } = self.gbuffer;
         if !self.gbuffer.is_receiver(a) || !self.gbuffer.is_receiver(b) {
             return None;
         }
-        let between = position[b] - position[a];
-        let (above_a, above_b) = (normal[a].dot(between), -normal[b].dot(between));
-        let step = self.footprint * depth[a].min(depth[b]) * apart as f32;
-        let rounding = position[a].abs().max_element() * ROUNDING;
+        Some(self.elevations(&SurfacePoint::new(self.gbuffer, a), &SurfacePoint::new(self.gbuffer, b), apart))
+    }
+
+    /// Elevations of two surface points, `apart` pixels from each other, above each other's tangent planes.
+    #[inline]
+    fn elevations(&self, a: &SurfacePoint, b: &SurfacePoint, apart: u32) -> Elevations {
+        let between = b.position - a.position;
+        let (above_a, above_b) = (a.normal.dot(between), -b.normal.dot(between));
+        let step = self.footprint * a.depth.min(b.depth) * apart as f32;
+        let rounding = a.position.abs().max_element() * ROUNDING;
         let limit = (self.sine * between.length()).min(step) + rounding;
-        Some(Elevations { above_a, above_b, limit, step: step + rounding })
+        Elevations { above_a, above_b, limit, step: step + rounding }
+    }
+
+    /// True if there is a surface discontinuity between two surface points that are about a pixel from each other.
+    #[inline]
+    pub(crate) fn parts(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
+        self.elevations(a, b, 1).is_discontinuity()
     }
 
     /// Pairs that may have a discontinuity, out of up to [`RUN`] pairs of neighbours (a, b), (a + 1, b + 1)

@@ -109,10 +109,15 @@ impl ExrFile {
     /// Adds the layers `irradiance` (W/m²) and `radiance` (albedo/π · irradiance, W/m²/sr). The radiance is the default layer
     /// as well.
     pub fn add_light(&mut self, irradiance: &[Vec3], albedo: &[Vec3]) {
+        self.add_resolved_light(irradiance, &picture::radiance(irradiance, albedo));
+    }
+
+    /// Adds the layers that [`ExrFile::add_light`] adds, from a radiance that does not follow from the pixels' albedos: the mean over
+    /// sub-samples.
+    pub fn add_resolved_light(&mut self, irradiance: &[Vec3], radiance: &[Vec3]) {
         self.add_vectors("irradiance", RGB, irradiance);
-        let radiance = picture::radiance(irradiance, albedo);
-        self.add_vectors("radiance", RGB, &radiance);
-        self.add_vectors(DEFAULT_LAYER, RGB, &radiance);
+        self.add_vectors("radiance", RGB, radiance);
+        self.add_vectors(DEFAULT_LAYER, RGB, radiance);
     }
 
     /// Adds the layer [`VISIBILITY`] of visible fractions of the light, 0 … 1, in three equal channels.

@@ -120,7 +120,7 @@
 pub use halflight_core::glam;
 pub use halflight_core::{
     camera, certificate, fragment, frame, gbuffer, hash, light, mask, pattern, pyramid, scene, stages, stats,
-    values,
+    subpixel, values,
 };
 pub use halflight_cpu as cpu;
 pub use halflight_cpu::{

@@ -1,5 +1,6 @@
 //! Validation of experiments beyond their syntax.
 
+use halflight_core::subpixel;
 use halflight_cpu::config::{Named, VisibilityConfig};
 
 use super::constants::parameter;
@@ -20,6 +21,7 @@ pub(super) fn check(experiment: &Experiment) -> Result<(), String> {
             experiment.seed
         ));
     }
+    subpixel::offsets(experiment.antialias).map_err(|fault| format!("antialias: {fault}"))?;
     if let Some(scale) = experiment.light_scales.iter().find(|scale| !(**scale > 0.0 && scale.is_finite())) {
         return Err(format!("light_scales has {scale}, expected positive numbers"));
     }

@@ -51,7 +51,7 @@ impl Experiment {
         let [width, height] = setting.size;
         let own = self.scenes.get(setting.scene).and_then(|choice| choice.reference_samples);
         let ReferenceChoice { samples, seed } = self.reference;
-        ReferenceConfig { width, height, samples: own.unwrap_or(samples), seed }
+        ReferenceConfig { width, height, samples: own.unwrap_or(samples), seed, antialias: self.antialias }
     }
 }
 
@@ -115,6 +115,7 @@ pub fn rows(experiment: &Experiment) -> Result<Vec<Row>, String> {
                 shading,
                 sampling,
                 seed: experiment.seed,
+                antialias: experiment.antialias,
             };
             let said = [&refiner.parameters, &visibility.parameters];
             let parameters = said.into_iter().filter(|said| !said.is_empty()).join(";");

@@ -27,6 +27,9 @@ pub struct Experiment {
     /// Seed of the rows.
     #[serde(default)]
     pub seed: u32,
+    /// Sub-samples of pixels that see several surfaces: 1 (off), 4, 8 or 16. References have as many in every pixel.
+    #[serde(default = "no_antialiasing")]
+    pub antialias: u32,
     /// Reference that the rows are measured against.
     pub reference: ReferenceChoice,
     /// Factors on the edges of all lights about their middles; radiance stays.
@@ -153,6 +156,10 @@ fn pairs<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<[u32; 2]>, D::Error> 
         Pairs::One(pair) => vec![pair],
         Pairs::Several(pairs) => pairs,
     })
+}
+
+fn no_antialiasing() -> u32 {
+    1
 }
 
 fn one() -> Vec<f32> {

@@ -7,28 +7,20 @@
 //!
 //! The state is saved while a reference is computed, and one that was stopped goes on bit for bit as if it had not been.
 
+use std::f32::consts::FRAC_1_PI;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use glam::Vec3;
-use halflight_core::fragment::Fragments;
-use halflight_core::frame::{Frame, LightSampling, Sharing};
+use halflight_core::frame::LightSampling;
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::light::AreaLight;
-use halflight_core::pattern::PatternKind;
-use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::Scene;
-use halflight_core::stages::Refiner;
-use halflight_cpu::bvh::Bvh;
+use halflight_core::subpixel;
 use halflight_cpu::config::{PipelineConfig, RefinerConfig};
 use halflight_cpu::flush;
 use halflight_cpu::gbuffer;
-use halflight_cpu::irradiance::{Sums, query_sums};
 use halflight_cpu::pipeline::PipelineError;
 use halflight_cpu::prepared::PreparedScene;
-use halflight_cpu::rays::BvhRays;
-use halflight_cpu::refine::PerPixel;
-use halflight_cpu::requests::Requests;
 use halflight_cpu::unshadowed::unshadowed;
 use halflight_metrics::{
     CompareError, Image, ImageError, WriteError, flicker, grain, halves_noise, luminance,
@@ -37,13 +29,12 @@ use rayon::prelude::*;
 
 use halflight_image::memory::{self, NotEnough};
 use state::State;
+use tracer::Tracer;
 
 mod state;
+mod tracer;
 pub mod unlit;
 pub mod voxel_errors;
-
-/// Light samples a pixel and pass: the more in one stratified pattern, the lower the noise of as many rays.
-pub const PASS: u32 = 256;
 
 /// Largest number of samples that can be asked for.
 pub const MAX_SAMPLES: u32 = 1 << 30;
@@ -53,6 +44,9 @@ const SAVE_EVERY: u32 = 4;
 
 /// Seed of references. Configurations under test have small seeds, so that they share no light sample with it.
 pub const SEED: u32 = 0x5eed_0000;
+
+/// Light samples a pixel and pass: the more in one stratified pattern, the lower the noise of as many rays.
+pub const PASS: u32 = 256;
 
 /// Size, samples and seed of a reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,6 +59,8 @@ pub struct ReferenceConfig {
     pub samples: u32,
     /// Seed of the light samples; [`SEED`] by default. Must not be that of a configuration under test.
     pub seed: u32,
+    /// Sub-samples of every pixel, each with its own share of the light samples: 1 (the pixel's centre), 4, 8 or 16.
+    pub antialias: u32,
 }
 
 impl ReferenceConfig {
@@ -81,12 +77,12 @@ impl ReferenceConfig {
 
 impl Default for ReferenceConfig {
     fn default() -> Self {
-        Self { width: 640, height: 480, samples: 4096, seed: SEED }
+        Self { width: 640, height: 480, samples: 4096, seed: SEED, antialias: 1 }
     }
 }
 
 /// Converged image with an estimate of the noise that is left.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reference {
     /// Width in pixels.
     pub width: u32,
@@ -96,6 +92,8 @@ pub struct Reference {
     pub irradiance: Vec<Vec3>,
     /// Visible fraction of the unshadowed light, `ΣUF/ΣU` by luminance; zero where no light could arrive.
     pub visibility: Vec<f32>,
+    /// Mean of albedo/π · irradiance over a pixel's sub-samples, W/m²/sr; empty where the only one is its centre.
+    pub radiance: Vec<Vec3>,
     /// Light samples a pixel and light; more than asked for where the cache had more.
     pub samples: u32,
     /// Estimated NMSE₂ against the true image, from the two halves; 0 where no light arrives at all.
@@ -142,7 +140,7 @@ pub enum ReferenceError {
 /// Computes a reference, or takes it from `cache_dir` (created if it is missing), where its state is kept under a name
 /// made of the content of scene, size and seed. One with at least as many samples is returned as it is; one with fewer
 /// is continued. `progress` is told how many samples a pixel are done, and of how many. An image that no light reaches is
-/// black and has no noise.
+/// black and has no noise. With sub-samples, the state of each is kept.
 ///
 /// # Errors
 /// The scene or size cannot be rendered, memory does not suffice, or the state cannot be read or saved.
@@ -152,10 +150,49 @@ pub fn reference(
     cache_dir: Option<&Path>,
     progress: &mut dyn FnMut(u32, u32),
 ) -> Result<Reference, ReferenceError> {
-    let &ReferenceConfig { width, height, samples, seed } = config;
+    let &ReferenceConfig { width, height, samples, antialias, .. } = config;
     if samples == 0 || samples > MAX_SAMPLES {
         return Err(ReferenceError::Samples(samples));
     }
+    let offsets = subpixel::offsets(antialias).map_err(PipelineError::from)?;
+    if antialias == 1 {
+        return of_centres(prepared, config, cache_dir, progress);
+    }
+    let share = ReferenceConfig { samples: samples.div_ceil(antialias), antialias: 1, ..*config };
+    let pixels = width as usize * height as usize;
+    let mut mean = Reference { width, height, ..Reference::default() };
+    (mean.irradiance, mean.radiance) = (vec![Vec3::ZERO; pixels], vec![Vec3::ZERO; pixels]);
+    mean.visibility = vec![0.0; pixels];
+    let weight = 1.0 / antialias as f32;
+    for (number, &offset) in (0..).zip(offsets) {
+        let mut scene = prepared.scene().clone();
+        scene.camera = subpixel::shifted(&scene.camera, offset, width, height);
+        let shifted = prepared.moved(scene).map_err(PipelineError::from)?;
+        let part = of_centres(&shifted, &share, cache_dir, &mut |done, all| {
+            progress(number * all + done, antialias * all);
+        })?;
+        let seen = seen(&shifted, [width, height]);
+        for (pixel, &light) in part.irradiance.iter().enumerate() {
+            mean.irradiance[pixel] += light * weight;
+            mean.visibility[pixel] += part.visibility[pixel] * weight;
+            mean.radiance[pixel] += seen.albedo[pixel] * light * (FRAC_1_PI * weight);
+        }
+        mean.samples += part.samples;
+        // Errors of the parts are independent.
+        mean.noise_nmse2 += part.noise_nmse2 / f64::from(antialias * antialias);
+        mean.noise_flicker += part.noise_flicker / f64::from(antialias).powf(1.5);
+    }
+    Ok(mean)
+}
+
+/// Computes a reference of the pixels' centres.
+fn of_centres(
+    prepared: &PreparedScene,
+    config: &ReferenceConfig,
+    cache_dir: Option<&Path>,
+    progress: &mut dyn FnMut(u32, u32),
+) -> Result<Reference, ReferenceError> {
+    let &ReferenceConfig { width, height, samples, seed, .. } = config;
     // Whatever a pipeline would refuse, a reference refuses as well.
     every_pixel(width, height).builder(prepared).build()?;
     let (scene, bvh) = (prepared.scene(), prepared.bvh());
@@ -179,7 +216,7 @@ pub fn reference(
     }
     let mut tracer = Tracer::new(scene, bvh, &seen, seed);
     while state.passes < wanted {
-        tracer.pass(&mut state)?;
+        tracer.pass(&mut state).map_err(PipelineError::from)?;
         if let Some(path) = &path
             && (state.passes.is_multiple_of(SAVE_EVERY) || state.passes == wanted)
         {
@@ -192,67 +229,6 @@ pub fn reference(
 
 fn every_pixel(width: u32, height: u32) -> PipelineConfig {
     PipelineConfig { width, height, refiner: RefinerConfig::PerPixel, ..PipelineConfig::default() }
-}
-
-/// Stages and buffers that are kept between passes.
-struct Tracer<'a> {
-    scene: &'a Scene,
-    seen: &'a GBuffer,
-    seed: u32,
-    pyramid: Pyramid,
-    refiner: PerPixel,
-    rays: BvhRays,
-    fragments: Fragments,
-    sums: Vec<(u32, Sums)>,
-}
-
-impl<'a> Tracer<'a> {
-    fn new(scene: &'a Scene, bvh: &Arc<Bvh>, seen: &'a GBuffer, seed: u32) -> Self {
-        Self {
-            scene,
-            seen,
-            seed,
-            pyramid: Pyramid::default(),
-            refiner: PerPixel::default(),
-            rays: BvhRays::new(Arc::clone(bvh)),
-            fragments: Fragments::default(),
-            sums: Vec::new(),
-        }
-    }
-
-    /// Adds one pass over all lights to its half.
-    fn pass(&mut self, state: &mut State) -> Result<(), ReferenceError> {
-        let sampling = LightSampling { count: PASS, kind: PatternKind::Jittered, sharing: Sharing::Receiver };
-        let frame = Frame {
-            scene: self.scene,
-            gbuffer: self.seen,
-            pyramid: &self.pyramid,
-            pattern: sampling.pattern().map_err(PipelineError::from)?,
-            sharing: sampling.sharing,
-            index: state.passes,
-            seed: self.seed,
-        };
-        let half = (state.passes % 2) as usize;
-        for (number, light) in self.scene.lights.iter().enumerate() {
-            self.fragments.reset(self.seen.width, self.seen.height, number as u32);
-            let mut rays = Requests::new(&mut self.rays);
-            self.refiner.refine(&frame, number as u32, &mut rays, &mut self.fragments);
-            let fragments = &self.fragments;
-            let sums = fragments.samples().par_iter().map(|sample| {
-                let batch = fragments.batch(sample.batch);
-                (sample.pixel, query_sums(light, batch, sample.first as usize, usize::from(sample.probes)))
-            });
-            sums.collect_into_vec(&mut self.sums);
-            let totals = state.totals_mut(half, number);
-            for &(pixel, sums) in &self.sums {
-                let total = &mut totals[pixel as usize];
-                total[0] += f64::from(sums.visible);
-                total[1] += f64::from(sums.all);
-            }
-        }
-        state.passes += 1;
-        Ok(())
-    }
 }
 
 /// Returns the image of all passes, with the noise that its halves tell of.
@@ -282,6 +258,7 @@ fn finish(scene: &Scene, seen: &GBuffer, state: &State) -> Result<Reference, Ref
         noise_grain: None,
         visibility: visible_fractions(scene, seen, &whole),
         irradiance: whole,
+        radiance: Vec::new(),
     };
     if is_black(&reference.irradiance) {
         return Ok(reference);

@@ -4,6 +4,7 @@ use std::hash::Hasher as _;
 use std::path::Path;
 
 use fnv::FnvHasher;
+use glam::Vec2;
 use halflight_core::light::{Parallelogram, Shape};
 use halflight_core::scene::Scene;
 use halflight_metrics::{WriteError, check_output, write_file};
@@ -128,5 +129,10 @@ pub(super) fn key(scene: &Scene, config: &ReferenceConfig) -> u64 {
         words(&vector.to_array().map(f32::to_bits));
     }
     words(&[camera.fov_y_deg.to_bits()]);
+    // States of centred cameras keep their names.
+    if camera.shift != Vec2::ZERO || camera.aspect.is_some() {
+        words(&camera.shift.to_array().map(f32::to_bits));
+        words(&[camera.aspect.unwrap_or_default().to_bits()]);
+    }
     hash.finish()
 }

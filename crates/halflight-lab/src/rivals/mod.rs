@@ -120,6 +120,7 @@ impl Rival {
             upsampler: RefinerConfig::PerPixel.upsampler(),
             shading: Shading::Ratio,
             sampling: LightSampling { count, sharing: Sharing::Receiver, ..LightSampling::default() },
+            antialias: 1,
             seed,
         }
     }

@@ -55,7 +55,16 @@ impl Method {
     /// Returns the pipeline at a size, with these light samples.
     pub fn config(&self, [width, height]: [u32; 2], sampling: LightSampling) -> PipelineConfig {
         let &Self { refiner, visibility, upsampler, shading } = self;
-        PipelineConfig { width, height, refiner, visibility, upsampler, shading, sampling, seed: 0 }
+        PipelineConfig {
+            width,
+            height,
+            refiner,
+            visibility,
+            upsampler,
+            shading,
+            sampling,
+            ..PipelineConfig::default()
+        }
     }
 
     /// Returns the names of its stages: refiner, visibility, upsampler (none where every pixel is a fragment), shading.

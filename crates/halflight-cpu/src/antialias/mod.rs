@@ -1,0 +1,181 @@
+//! Antialiasing: pixels that see several surfaces are the mean over sub-samples.
+//!
+//! 1. Edge pixels are found by comparison with their four neighbours (`edges`, `surfaces`).
+//! 2. Sub-samples on the sides where these differ are primary rays (`rays`); the others count as the centre. Where all see the centre's surface
+//!    the pixel is left as it is.
+//! 3. A sub-sample takes its visible fraction from the nearest of the 3 × 3 pixels around it that sees its surface; where none does, one
+//!    sub-sample of each such surface asks for a mask (`sources`).
+//! 4. Unshadowed irradiance and albedo are the sub-sample's own (`light`).
+//!
+//! Sources do not depend on the light: only masks and sums are made once for each.
+
+mod edges;
+mod light;
+mod rays;
+mod sources;
+mod surfaces;
+
+use std::f32::consts::FRAC_1_PI;
+
+use glam::Vec3;
+use halflight_core::frame::Frame;
+use halflight_core::gbuffer::GBuffer;
+use halflight_core::mask::{MaskBatch, Purpose};
+use halflight_core::stages::Visibility;
+use halflight_core::stats::AntialiasCounts;
+use halflight_core::subpixel::{self, SubSampleError};
+use halflight_core::values::Values;
+use rayon::prelude::*;
+
+use crate::bvh::Bvh;
+use crate::irradiance::{Shading, fraction, query_sums};
+use edges::Edges;
+use light::{Lit, Sums};
+use rays::SubSamples;
+use sources::{Search, Source};
+use surfaces::Surfaces;
+
+/// Edge pixels that one thread works on at a time.
+const TASK: usize = 64;
+
+/// Edge pixels of a frame and their sub-samples, in buffers that are kept.
+#[derive(Default)]
+pub(crate) struct Antialias {
+    /// Sub-samples of a pixel.
+    count: u32,
+    edges: Edges,
+    samples: SubSamples,
+    /// Sources of the sub-samples.
+    sources: Vec<Source>,
+    /// Sub-samples that ask for masks, and the places of their pixels among the edge pixels.
+    asking: Vec<(usize, usize)>,
+    batch: MaskBatch,
+    /// Values of the sub-samples that have asked.
+    own: Vec<f32>,
+    /// Sums of the edge pixels.
+    sums: Vec<Sums>,
+    counts: AntialiasCounts,
+}
+
+impl Antialias {
+    /// Finds the edge pixels of a frame and what their sub-samples see, `count` in a pixel.
+    ///
+    /// # Errors
+    /// Pixels cannot have so many sub-samples.
+    pub(crate) fn prepare(&mut self, bvh: &Bvh, frame: &Frame, count: u32) -> Result<(), SubSampleError> {
+        let (gbuffer, offsets) = (frame.gbuffer, subpixel::offsets(count)?);
+        self.count = count;
+        let surfaces = Surfaces::new(frame);
+        self.edges.find(gbuffer, &surfaces);
+        let edges = self.edges.all();
+        self.samples.trace(bvh, frame, offsets, edges);
+        let Self { samples, sources, .. } = self;
+        let search = Search::new(&surfaces, gbuffer, offsets);
+        sources.resize(samples.all().len(), Source::Whole);
+        let tasks = samples.split(sources, TASK).zip(edges.par_chunks(TASK));
+        tasks.for_each(|((starts, mut sources), edges)| {
+            for (range, edge) in starts.windows(2).zip(edges) {
+                let (out, rest) = std::mem::take(&mut sources).split_at_mut(range[1] - range[0]);
+                let offsets = samples.all()[range[0]..range[1]].iter().map(|sample| sample.offset);
+                search.find(edge.pixel, offsets, &samples.surfaces, range[0], out);
+                sources = rest;
+            }
+        });
+        self.sums.clear();
+        self.sums.resize(edges.len(), Sums::default());
+        self.counts = AntialiasCounts::default();
+        self.counts.edge_pixels = edges.len() as u64;
+        self.counts.sub_samples = self.sources.len() as u64;
+        self.asking.clear();
+        for (edge, range) in self.samples.starts().windows(2).enumerate() {
+            let sources = &self.sources[range[0]..range[1]];
+            self.counts.resolved_pixels += u64::from(sources[0] != Source::Whole);
+            let own = |&(place, &source): &(usize, &Source)| source == Source::Own(place as u8);
+            self.asking
+                .extend(sources.iter().enumerate().filter(own).map(|(place, _)| (range[0] + place, edge)));
+        }
+        Ok(())
+    }
+
+    /// Adds one light, whose values at the pixels are `planes`.
+    pub(crate) fn add_light(
+        &mut self,
+        frame: &Frame,
+        number: u32,
+        shading: Shading,
+        planes: &Values,
+        visibility: &mut dyn Visibility,
+    ) {
+        self.ask(frame, number, shading, visibility);
+        let Self { samples, sources, own, sums, .. } = self;
+        let light = frame.light(number);
+        let lit = Lit { light, shading, gbuffer: frame.gbuffer, planes, samples: &samples.surfaces, own };
+        let tasks = sums.par_chunks_mut(TASK).enumerate();
+        tasks.for_each(|(task, sums)| {
+            let starts = &samples.starts()[task * TASK..=task * TASK + sums.len()];
+            lit.add(starts, sources, sums);
+        });
+    }
+
+    /// Asks for the masks of surfaces that no pixel sees, and computes their values.
+    fn ask(&mut self, frame: &Frame, number: u32, shading: Shading, visibility: &mut dyn Visibility) {
+        let Self { samples, asking, batch, own, .. } = self;
+        own.resize(samples.all().len(), 0.0);
+        if asking.is_empty() {
+            return;
+        }
+        let (light, edges) = (frame.light(number), self.edges.all());
+        let (positions, normals) = (&samples.surfaces.position, samples.surfaces.shading_normals());
+        batch.reset(number, frame.pattern, Purpose::Final);
+        let queries = batch.fill(asking.len()).par_iter_mut().zip(&*asking).with_min_len(1024);
+        queries.for_each(|(query, &(sample, edge))| {
+            let pixel = edges[edge].pixel;
+            (query.origin, query.normal) = (positions[sample], normals[sample]);
+            (query.pixel, query.key) = (pixel, frame.key(number, pixel, pixel));
+        });
+        visibility.masks(frame, batch);
+        self.counts.masks += asking.len() as u64;
+        for (query, &(sample, _)) in asking.iter().enumerate() {
+            own[sample] = match shading {
+                Shading::Ratio => fraction(light, batch, query).unwrap_or(0.0),
+                Shading::Sampled => query_sums(light, batch, query, 1).sampled(light.area()),
+            };
+        }
+    }
+
+    /// Replaces the irradiance of pixels that see several surfaces by the mean over their sub-samples, and writes the radiance of all
+    /// pixels. Returns counts.
+    pub(crate) fn resolve(
+        &self,
+        gbuffer: &GBuffer,
+        irradiance: &mut [Vec3],
+        radiance: &mut Vec<Vec3>,
+    ) -> AntialiasCounts {
+        radiance.resize(irradiance.len(), Vec3::ZERO);
+        let pixels = radiance.par_iter_mut().zip(&*irradiance).zip(&gbuffer.albedo).with_min_len(4096);
+        pixels.for_each(|((radiance, &light), &albedo)| *radiance = light * albedo * FRAC_1_PI);
+        let part = 1.0 / self.count.max(1) as f32;
+        let edges = self.samples.starts().windows(2).zip(self.edges.all()).zip(&self.sums);
+        for ((range, edge), sums) in edges {
+            if self.sources[range[0]] != Source::Whole {
+                let centre = 1.0 - (range[1] - range[0]) as f32 * part;
+                let (irradiance, radiance) =
+                    (&mut irradiance[edge.pixel as usize], &mut radiance[edge.pixel as usize]);
+                *irradiance = *irradiance * centre + sums.irradiance * part;
+                *radiance = *radiance * centre + sums.radiance * part;
+            }
+        }
+        self.counts
+    }
+
+    /// Memory held, bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        self.edges.bytes()
+            + self.samples.bytes()
+            + self.sources.capacity() * size_of::<Source>()
+            + self.asking.capacity() * size_of::<(usize, usize)>()
+            + self.batch.bytes()
+            + self.own.capacity() * size_of::<f32>()
+            + self.sums.capacity() * size_of::<Sums>()
+    }
+}

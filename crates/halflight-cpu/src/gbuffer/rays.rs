@@ -1,0 +1,67 @@
+//! Packets of primary rays from one eye.
+
+use glam::Vec3;
+use halflight_core::scene::Mesh;
+
+use super::surface::{Layers, Surface};
+use crate::bvh::{Bvh, Hits, Packet, STACK};
+use crate::simd::Simd;
+
+/// Triangles that are remembered.
+const SURFACES: usize = 64;
+
+/// Traces packets of rays, one after another, and remembers the triangles that they have hit: neighbours hit few, by turns.
+pub(super) struct Rays<'a> {
+    bvh: &'a Bvh,
+    mesh: &'a Mesh,
+    eye: Vec3,
+    packet: Packet,
+    hits: Hits,
+    stack: [(u32, f32); STACK],
+    surfaces: [Surface; SURFACES],
+}
+
+impl<'a> Rays<'a> {
+    #[inline(always)]
+    pub(super) fn new(bvh: &'a Bvh, mesh: &'a Mesh, eye: Vec3) -> Self {
+        Self {
+            bvh,
+            mesh,
+            eye,
+            packet: Packet::new(),
+            hits: Hits::new(),
+            stack: [(0, 0.0); STACK],
+            surfaces: [Surface::NONE; SURFACES],
+        }
+    }
+
+    /// Traces up to 64 rays and writes what they hit: ray `i` goes along `direction(i)` and has entry `place(i)` of `out`. Returns the
+    /// number of triangles that were not remembered.
+    #[inline(always)]
+    pub(super) fn trace<S: Simd>(
+        &mut self,
+        count: usize,
+        direction: impl Fn(usize) -> Vec3,
+        place: impl Fn(usize) -> usize,
+        out: &mut Layers,
+    ) -> usize {
+        self.packet.clear(self.eye);
+        for ray in 0..count {
+            self.packet.push(direction(ray));
+        }
+        self.packet.finish::<S>();
+        self.bvh.closest_hit::<S>(&self.packet, &mut self.stack, &mut self.hits);
+        let mut triangles = 0;
+        for ray in 0..count {
+            let triangle = self.hits.triangle[ray];
+            let seen = &mut self.surfaces[triangle as usize % SURFACES];
+            if triangle != seen.triangle {
+                let corners = self.bvh.hit_corners(&self.hits, ray);
+                *seen = Surface::new(self.mesh, self.eye, triangle, corners);
+                triangles += 1;
+            }
+            out.write(place(ray), self.mesh, self.eye, self.packet.direction(ray), seen);
+        }
+        triangles
+    }
+}

@@ -1,0 +1,81 @@
+//! Passes of references: light samples of every pixel.
+
+use std::sync::Arc;
+
+use halflight_core::fragment::Fragments;
+use halflight_core::frame::{Frame, LightSampling, Sharing};
+use halflight_core::gbuffer::GBuffer;
+use halflight_core::pattern::{PatternError, PatternKind};
+use halflight_core::pyramid::Pyramid;
+use halflight_core::scene::Scene;
+use halflight_core::stages::Refiner;
+use halflight_cpu::bvh::Bvh;
+use halflight_cpu::irradiance::{Sums, query_sums};
+use halflight_cpu::rays::BvhRays;
+use halflight_cpu::refine::PerPixel;
+use halflight_cpu::requests::Requests;
+use rayon::prelude::*;
+
+use super::PASS;
+use super::state::State;
+
+/// Stages and buffers that are kept between passes.
+pub(super) struct Tracer<'a> {
+    scene: &'a Scene,
+    seen: &'a GBuffer,
+    seed: u32,
+    pyramid: Pyramid,
+    refiner: PerPixel,
+    rays: BvhRays,
+    fragments: Fragments,
+    sums: Vec<(u32, Sums)>,
+}
+
+impl<'a> Tracer<'a> {
+    pub(super) fn new(scene: &'a Scene, bvh: &Arc<Bvh>, seen: &'a GBuffer, seed: u32) -> Self {
+        Self {
+            scene,
+            seen,
+            seed,
+            pyramid: Pyramid::default(),
+            refiner: PerPixel::default(),
+            rays: BvhRays::new(Arc::clone(bvh)),
+            fragments: Fragments::default(),
+            sums: Vec::new(),
+        }
+    }
+
+    /// Adds one pass over all lights to its half.
+    pub(super) fn pass(&mut self, state: &mut State) -> Result<(), PatternError> {
+        let sampling = LightSampling { count: PASS, kind: PatternKind::Jittered, sharing: Sharing::Receiver };
+        let frame = Frame {
+            scene: self.scene,
+            gbuffer: self.seen,
+            pyramid: &self.pyramid,
+            pattern: sampling.pattern()?,
+            sharing: sampling.sharing,
+            index: state.passes,
+            seed: self.seed,
+        };
+        let half = (state.passes % 2) as usize;
+        for (number, light) in self.scene.lights.iter().enumerate() {
+            self.fragments.reset(self.seen.width, self.seen.height, number as u32);
+            let mut rays = Requests::new(&mut self.rays);
+            self.refiner.refine(&frame, number as u32, &mut rays, &mut self.fragments);
+            let fragments = &self.fragments;
+            let sums = fragments.samples().par_iter().map(|sample| {
+                let batch = fragments.batch(sample.batch);
+                (sample.pixel, query_sums(light, batch, sample.first as usize, usize::from(sample.probes)))
+            });
+            sums.collect_into_vec(&mut self.sums);
+            let totals = state.totals_mut(half, number);
+            for &(pixel, sums) in &self.sums {
+                let total = &mut totals[pixel as usize];
+                total[0] += f64::from(sums.visible);
+                total[1] += f64::from(sums.all);
+            }
+        }
+        state.passes += 1;
+        Ok(())
+    }
+}
