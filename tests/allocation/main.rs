@@ -101,6 +101,7 @@ fn a_warm_frame_allocates_no_buffer_and_holds_only_what_it_uses() {
     let refiner = RefinerConfig::Lattice(LatticeConfig { target: 1e-4, ..LatticeConfig::default() });
     let config = PipelineConfig { width: 320, height: 240, refiner, ..PipelineConfig::default() };
     render_warm(&stage, &config, "an error target");
+    render_warm(&stage, &PipelineConfig { antialias: 8, ..config }, "antialiasing");
     // Check of the counter itself.
     let before = LARGE_BYTES.load(Ordering::Relaxed);
     drop(vec![1u8; 2 * LARGE]);

@@ -5,6 +5,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+mod antialias;
 mod constants;
 mod controls;
 mod device;

@@ -25,11 +25,11 @@ pub(crate) fn on_cpu(output: &Output, ready: &Ready, pipeline: &mut Pipeline) ->
 pub(crate) fn on_gpu(output: &Output, ready: &Ready) -> Outcome {
     let gpu = Gpu::find()?;
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, ready.prepared.scene(), &output.config)?;
-    let stats = gpu.render(&mut renderer, &Inputs::default())?;
+    let (mut image, gbuffer, stats) =
+        gpu.render_antialiased(&mut renderer, &Inputs::default(), output.config.antialias)?;
     if stats.lost > 0 {
         return Err(format!("{} queries did not fit into the device's buffers", stats.lost).into());
     }
-    let (mut image, gbuffer) = gpu.download(&renderer)?;
     image.stats = stats.frame;
     let name = format!("{} on {}", output.name, gpu.adapter.get_info().name);
     finish(output, ready, &name, &Frame { image: &image, gbuffer: &gbuffer, fragments: None })

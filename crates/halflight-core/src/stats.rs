@@ -46,12 +46,13 @@ pub struct StageTimes {
     pub upsample: f64,
     /// Unshadowed irradiance, product and sum over the lights.
     pub compose: f64,
-    /// Edge pixels: their sub-samples, the masks of these, and the sum over the lights. Only with antialiasing.
+    /// Edge pixels: their sub-samples, the masks of these, and the sum over the lights. On the GPU, all frames of sub-samples. Only with
+    /// antialiasing.
     #[serde(default)]
     pub antialias: f64,
 }
 
-/// Counts of antialiasing; all 0 without.
+/// Counts of antialiasing; all 0 without. On the GPU, which gives every pixel all sub-samples, these alone are counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct AntialiasCounts {
@@ -59,7 +60,7 @@ pub struct AntialiasCounts {
     pub edge_pixels: u64,
     /// Edge pixels of which a sub-sample sees another surface than the centre, which are resolved.
     pub resolved_pixels: u64,
-    /// Sub-samples of edge pixels, each a primary ray.
+    /// Sub-samples that were traced, each a primary ray.
     pub sub_samples: u64,
     /// Visibility masks of sub-samples on surfaces that no pixel nearby sees, all lights together.
     pub masks: u64,

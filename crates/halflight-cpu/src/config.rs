@@ -186,7 +186,8 @@ pub struct PipelineConfig {
     pub sampling: LightSampling,
     /// Seed of all randomness.
     pub seed: u32,
-    /// Sub-samples of pixels that see several surfaces: 1 (off), 4, 8 or 16.
+    /// Sub-samples of pixels that see several surfaces: 1 (off), 4, 8 or 16. On the GPU, of all pixels, by
+    /// `Gpu::render_antialiased`.
     #[serde(default = "no_antialiasing")]
     pub antialias: u32,
 }

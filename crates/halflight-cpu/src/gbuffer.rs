@@ -65,7 +65,7 @@ impl Kernel for Band<'_> {
     #[inline(always)]
     fn run<S: Simd>(mut self) {
         let Self { width, view, top, .. } = self;
-        let mut rays = Rays::new(self.bvh, self.mesh, view.eye);
+        let mut rays = Rays::<{ TILE * TILE }>::new(self.bvh, self.mesh, view.eye);
         let mut fine = false;
         for left in (0..width).step_by(TILE) {
             let (tile, squares) = self.tile(left);

@@ -17,6 +17,7 @@
 //! # }
 //! ```
 
+mod antialias;
 mod bindings;
 mod buffers;
 mod compose;

@@ -7,6 +7,7 @@ use halflight_core::frame::LightSampling;
 use halflight_core::light::AreaLight;
 use halflight_core::pattern::Pattern;
 use halflight_core::scene::{Camera, Mesh, Scene};
+use halflight_core::subpixel;
 use halflight_cpu::config::{PipelineConfig, VisibilityConfig};
 use halflight_cpu::flush::{FlushLight, separate_lights};
 use halflight_cpu::pipeline::{PipelineError, check_scene};
@@ -52,6 +53,9 @@ pub struct Renderer {
 impl Renderer {
     /// Uploads a scene, compiles the stages of a configuration and creates their buffers.
     ///
+    /// Frames show the centres of pixels, whatever the configuration's `antialias` is:
+    /// [`Gpu::render_antialiased`](crate::Gpu::render_antialiased) takes several.
+    ///
     /// # Errors
     /// The scene or the configuration cannot be rendered, on this device or at all.
     pub fn new(
@@ -96,6 +100,7 @@ impl Renderer {
             shader_module(name)?;
         }
         check_scene(scene)?;
+        subpixel::offsets(config.antialias).map_err(PipelineError::from)?;
         check_limits(&device.limits())?;
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
         let (lights, flush) = separate_lights(scene, None);
@@ -155,6 +160,11 @@ impl Renderer {
         camera.validate().map_err(PipelineError::from)?;
         self.scene.camera = camera;
         Ok(())
+    }
+
+    /// Camera of the scene.
+    pub(crate) fn camera(&self) -> Camera {
+        self.scene.camera
     }
 
     /// Moves the vertices of the scene: records the upload of the same triangles with other corners, world space, metres, one a

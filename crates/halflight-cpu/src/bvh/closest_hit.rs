@@ -16,33 +16,33 @@ use crate::simd::{Lanes, Simd};
 const ROUNDED: f32 = 1.0 / 4_194_304.0;
 
 /// Closest hits of a packet's rays.
-pub(crate) struct Hits {
+pub(crate) struct Hits<const N: usize = RAYS> {
     /// Ray parameters; infinite for a miss.
-    pub(crate) t: [f32; RAYS],
+    pub(crate) t: [f32; N],
     /// Lower and upper bounds on the ray parameters.
-    least: [f32; RAYS],
-    most: [f32; RAYS],
+    least: [f32; N],
+    most: [f32; N],
     /// Position of each triangle in the blocks: eight times the block plus the lane.
-    place: [u32; RAYS],
+    place: [u32; N],
     /// Indices of the triangles in the mesh; `u32::MAX` for a miss.
-    pub(crate) triangle: [u32; RAYS],
+    pub(crate) triangle: [u32; N],
 }
 
-impl Hits {
+impl<const N: usize> Hits<N> {
     pub(crate) fn new() -> Self {
         Self {
-            t: [f32::INFINITY; RAYS],
-            least: [f32::INFINITY; RAYS],
-            most: [f32::INFINITY; RAYS],
-            place: [0; RAYS],
-            triangle: [u32::MAX; RAYS],
+            t: [f32::INFINITY; N],
+            least: [f32::INFINITY; N],
+            most: [f32::INFINITY; N],
+            place: [0; N],
+            triangle: [u32::MAX; N],
         }
     }
 }
 
 /// Largest of the first `count` ray parameters, none of them negative.
 #[inline(always)]
-fn farthest<L: Lanes>(t: &[f32; RAYS], count: usize) -> f32 {
+fn farthest<L: Lanes, const N: usize>(t: &[f32; N], count: usize) -> f32 {
     let mut most = L::splat(0.0);
     for at in (0..count).step_by(L::WIDTH) {
         most = most.max(L::load(&t[at..]));
@@ -61,11 +61,11 @@ impl Bvh {
     /// lowest index wins where a ray meets several triangles in one point, because they are coplanar or
     /// touch.
     #[inline(always)]
-    pub(crate) fn closest_hit<S: Simd>(
+    pub(crate) fn closest_hit<S: Simd, const N: usize>(
         &self,
-        packet: &Packet,
+        packet: &Packet<N>,
         stack: &mut [(u32, f32); STACK],
-        hits: &mut Hits,
+        hits: &mut Hits<N>,
     ) {
         *hits = Hits::new();
         if self.nodes.is_empty() || packet.count == 0 {
@@ -90,8 +90,8 @@ impl Bvh {
                     waiting = push_sorted(node, mask & node.occupied(), enter, stack, waiting);
                 }
                 Child::Block(index) => {
-                    if self.closest_in_block::<S>(index, packet, &mut targets, hits) {
-                        end = farthest::<S::Wide>(&hits.most, packet.count) * (1.0 + ROUNDED);
+                    if self.closest_in_block::<S, N>(index, packet, &mut targets, hits) {
+                        end = farthest::<S::Wide, N>(&hits.most, packet.count) * (1.0 + ROUNDED);
                     }
                 }
             }
@@ -99,7 +99,7 @@ impl Bvh {
     }
 
     /// Corners of the triangle that a ray has hit.
-    pub(crate) fn hit_corners(&self, hits: &Hits, ray: usize) -> [Vec3; 3] {
+    pub(crate) fn hit_corners<const N: usize>(&self, hits: &Hits<N>, ray: usize) -> [Vec3; 3] {
         if hits.triangle[ray] == u32::MAX {
             return [Vec3::ZERO; 3];
         }
@@ -109,12 +109,12 @@ impl Bvh {
 
     /// True if any ray found a closer hit in a block.
     #[inline(always)]
-    fn closest_in_block<S: Simd>(
+    fn closest_in_block<S: Simd, const N: usize>(
         &self,
         index: u32,
-        packet: &Packet,
+        packet: &Packet<N>,
         targets: &mut Targets,
-        hits: &mut Hits,
+        hits: &mut Hits<N>,
     ) -> bool {
         let block = &self.blocks[index as usize];
         let mut within = targets.set::<S::Eight>(block, packet.origin, packet.low, packet.high);
@@ -160,7 +160,7 @@ impl Bvh {
     /// Decides in exact arithmetic if a triangle is closer than a ray's closest hit so far.
     #[cold]
     #[inline(never)]
-    fn decide(&self, packet: &Packet, number: usize, place: u32, hits: &mut Hits) {
+    fn decide<const N: usize>(&self, packet: &Packet<N>, number: usize, place: u32, hits: &mut Hits<N>) {
         let at = |place: u32| (&self.blocks[(place >> 3) as usize], (place & 7) as usize);
         let (block, lane) = at(place);
         let ray = exact::Ray { origin: packet.origin, d: packet.direction(number) };

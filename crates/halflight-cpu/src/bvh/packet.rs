@@ -5,40 +5,44 @@ use glam::Vec3;
 use super::slab::inverse;
 use crate::simd::{Lanes, Simd};
 
-/// Most rays of a packet.
+/// Most rays of a packet of shadow rays.
 pub(crate) const RAYS: usize = 64;
+
+/// Most rays of a packet.
+const MOST: usize = 256;
 
 /// Rays of a group: consecutive rays of a packet whose directions are bounded together.
 pub(crate) const GROUP: usize = 16;
 
-/// Up to 64 rays from one origin.
+/// Up to `N` rays from one origin, [`MOST`] at most.
 #[derive(Clone)]
-pub(crate) struct Packet {
+pub(crate) struct Packet<const N: usize = RAYS> {
     pub(crate) origin: Vec3,
     pub(crate) count: usize,
     /// End points of shadow rays.
-    ends: [[f32; RAYS]; 3],
-    pub(crate) d: [[f32; RAYS]; 3],
-    pub(crate) inverse: [[f32; RAYS]; 3],
+    ends: [[f32; N]; 3],
+    pub(crate) d: [[f32; N]; 3],
+    pub(crate) inverse: [[f32; N]; 3],
     pub(crate) low: Vec3,
     pub(crate) high: Vec3,
     /// Bounds on the directions of each group.
-    pub(crate) lows: [Vec3; RAYS / GROUP],
-    pub(crate) highs: [Vec3; RAYS / GROUP],
+    pub(crate) lows: [Vec3; MOST / GROUP],
+    pub(crate) highs: [Vec3; MOST / GROUP],
 }
 
-impl Packet {
+impl<const N: usize> Packet<N> {
     pub(crate) fn new() -> Self {
+        const { assert!(N <= MOST && N % GROUP == 0) }
         Self {
             origin: Vec3::ZERO,
             count: 0,
-            ends: [[0.0; RAYS]; 3],
-            d: [[0.0; RAYS]; 3],
-            inverse: [[0.0; RAYS]; 3],
+            ends: [[0.0; N]; 3],
+            d: [[0.0; N]; 3],
+            inverse: [[0.0; N]; 3],
             low: Vec3::ZERO,
             high: Vec3::ZERO,
-            lows: [Vec3::ZERO; RAYS / GROUP],
-            highs: [Vec3::ZERO; RAYS / GROUP],
+            lows: [Vec3::ZERO; MOST / GROUP],
+            highs: [Vec3::ZERO; MOST / GROUP],
         }
     }
 
@@ -48,10 +52,10 @@ impl Packet {
         (self.origin, self.count) = (origin, 0);
     }
 
-    /// Adds a ray along `d`; does nothing if the packet holds 64 already.
+    /// Adds a ray along `d`; does nothing if the packet is full.
     #[inline(always)]
     pub(crate) fn push(&mut self, d: Vec3) {
-        if self.count < RAYS {
+        if self.count < N {
             for axis in 0..3 {
                 self.d[axis][self.count] = d[axis];
             }
@@ -63,7 +67,7 @@ impl Packet {
     /// [`Packet::ends_mut`].
     #[inline(always)]
     pub(crate) fn set_ends<S: Simd>(&mut self, origin: Vec3, count: usize) {
-        (self.origin, self.count) = (origin, count.min(RAYS));
+        (self.origin, self.count) = (origin, count.min(N));
         for axis in 0..3 {
             let origin = S::Wide::splat(origin[axis]);
             for at in (0..self.count).step_by(S::Wide::WIDTH) {
@@ -75,7 +79,7 @@ impl Packet {
 
     /// End points of shadow rays, one array per axis.
     #[inline(always)]
-    pub(crate) fn ends_mut(&mut self) -> &mut [[f32; RAYS]; 3] {
+    pub(crate) fn ends_mut(&mut self) -> &mut [[f32; N]; 3] {
         &mut self.ends
     }
 

@@ -10,18 +10,18 @@ use crate::simd::Simd;
 /// Triangles that are remembered.
 const SURFACES: usize = 64;
 
-/// Traces packets of rays, one after another, and remembers the triangles that they have hit: neighbours hit few, by turns.
-pub(super) struct Rays<'a> {
+/// Traces packets of up to `N` rays, one after another, and remembers the triangles that they have hit: neighbours hit few, by turns.
+pub(super) struct Rays<'a, const N: usize> {
     bvh: &'a Bvh,
     mesh: &'a Mesh,
     eye: Vec3,
-    packet: Packet,
-    hits: Hits,
+    packet: Packet<N>,
+    hits: Hits<N>,
     stack: [(u32, f32); STACK],
     surfaces: [Surface; SURFACES],
 }
 
-impl<'a> Rays<'a> {
+impl<'a, const N: usize> Rays<'a, N> {
     #[inline(always)]
     pub(super) fn new(bvh: &'a Bvh, mesh: &'a Mesh, eye: Vec3) -> Self {
         Self {
@@ -35,7 +35,7 @@ impl<'a> Rays<'a> {
         }
     }
 
-    /// Traces up to 64 rays and writes what they hit: ray `i` goes along `direction(i)` and has entry `place(i)` of `out`. Returns the
+    /// Traces up to `N` rays and writes what they hit: ray `i` goes along `direction(i)` and has entry `place(i)` of `out`. Returns the
     /// number of triangles that were not remembered.
     #[inline(always)]
     pub(super) fn trace<S: Simd>(
@@ -50,7 +50,7 @@ impl<'a> Rays<'a> {
             self.packet.push(direction(ray));
         }
         self.packet.finish::<S>();
-        self.bvh.closest_hit::<S>(&self.packet, &mut self.stack, &mut self.hits);
+        self.bvh.closest_hit::<S, N>(&self.packet, &mut self.stack, &mut self.hits);
         let mut triangles = 0;
         for ray in 0..count {
             let triangle = self.hits.triangle[ray];

@@ -11,12 +11,12 @@ use super::surface::Layers;
 use crate::bvh::Bvh;
 use crate::simd::{Isa, Kernel, Simd};
 
-/// Rays of a packet; where the packet before it has met more than [`MANY`] triangles, of a smaller one.
-const PACKET: usize = 64;
-const SMALL: usize = 16;
+/// Most rays of a packet, which are those of one tile: what a packet costs depends on what lies before and behind an edge more than on the
+/// number of rays.
+const PACKET: usize = 256;
 
-/// Triangles in a packet beyond which rays that travel apart meet fewer of them.
-const MANY: usize = 16;
+/// Pixels along the side of a tile.
+const TILE: u32 = 8;
 
 /// Sub-samples that are traced by one thread.
 const TASK: usize = 1024;
@@ -66,19 +66,19 @@ impl Kernel for Task<'_> {
     #[inline(always)]
     fn run<S: Simd>(mut self) {
         let Self { width, view, offsets, samples, .. } = self;
-        let mut rays = Rays::new(self.bvh, self.mesh, view.eye);
-        let (mut first, mut size) = (0, PACKET);
-        while first < samples.len() {
-            let packet = &samples[first..(first + size).min(samples.len())];
+        let mut rays = Rays::<PACKET>::new(self.bvh, self.mesh, view.eye);
+        let tile = |sample: &SubSample| (sample.pixel / width / TILE, sample.pixel % width / TILE);
+        let mut first = 0;
+        for samples in samples.chunk_by(|a, b| tile(a) == tile(b)).flat_map(|samples| samples.chunks(PACKET))
+        {
             let direction = |ray: usize| {
-                let SubSample { pixel, offset } = packet[ray];
+                let SubSample { pixel, offset } = samples[ray];
                 let offset = offsets[usize::from(offset)].as_dvec2();
                 let (x, y) = (f64::from(pixel % width) + 0.5, f64::from(pixel / width) + 0.5);
                 view.through(x + offset.x, y + offset.y)
             };
-            let triangles = rays.trace::<S>(packet.len(), direction, |ray| first + ray, &mut self.layers);
-            first += packet.len();
-            size = if triangles * PACKET > MANY * packet.len() { SMALL } else { PACKET };
+            rays.trace::<S>(samples.len(), direction, |ray| first + ray, &mut self.layers);
+            first += samples.len();
         }
     }
 }

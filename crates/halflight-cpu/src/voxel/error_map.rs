@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::march::Rays;
 use super::run::Run;
 use super::{Course, Voxels};
-use crate::bvh::{Bvh, Hits, Packet, STACK};
+use crate::bvh::{Bvh, Hits, Packet, RAYS, STACK};
 use crate::samples::LANES;
 use crate::simd::{Isa, Kernel, Simd};
 
@@ -247,12 +247,12 @@ pub fn segments(bvh: &Bvh) -> impl Fn(Vec3, Vec3) -> bool + Sync + '_ {
         #[inline(always)]
         fn run<S: Simd>(self) -> bool {
             let Self(bvh, from, to) = self;
-            let mut packet = Packet::new();
+            let mut packet = Packet::<RAYS>::new();
             let mut hits = Hits::new();
             packet.clear(from);
             packet.push(to - from);
             packet.finish::<S>();
-            bvh.closest_hit::<S>(&packet, &mut [(0u32, 0.0f32); STACK], &mut hits);
+            bvh.closest_hit::<S, _>(&packet, &mut [(0u32, 0.0f32); STACK], &mut hits);
             hits.t[0] < 1.0
         }
     }
