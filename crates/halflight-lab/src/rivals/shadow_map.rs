@@ -92,7 +92,7 @@ impl ShadowMap {
         let mut inverse = vec![0.0; (side + 2).pow(2)];
         let rows = inverse.par_chunks_exact_mut(side + 2).skip(1).zip(scratch.depth.par_chunks_exact(side));
         rows.for_each(|(row, depths)| {
-            row[1..].iter_mut().zip(depths).for_each(|(to, depth)| *to = 1.0 / depth)
+            row[1..].iter_mut().zip(depths).for_each(|(to, depth)| *to = 1.0 / depth);
         });
         let axes = [view.right, view.down, view.forward].map(|axis| axis.normalize().as_vec3());
         let flat = |direction: DVec3| {
