@@ -18,14 +18,14 @@
 //! | --- | --- | --- |
 //! | to 0.03 | smooth | 1024 samples a pixel: 0.026 |
 //! | to 0.06 | traces along the umbra's edge: stairs, dots | `--error 1e-5`: 0.038 |
-//! | to 0.15 | blotches or noise in zoom | default, `--error 1e-4`: 0.083; 256 samples a pixel: 0.063 |
+//! | to 0.15 | blotches or noise in zoom | `--error 1e-4`: 0.083; 256 samples a pixel: 0.063 |
 //! | above | noise at normal size | 64 samples a pixel: 0.17; 16: 0.48 |
 //!
 //! | `flip_p99` | seen anywhere in the image | example |
 //! | --- | --- | --- |
 //! | to 0.03 | nothing | 256 samples a pixel: 0.025; 1024: 0.013 |
 //! | to 0.06 | traces in zoom | `--error 1e-5`: 0.047; 64 samples a pixel: 0.052 |
-//! | to 0.15 | blotches or noise | default: 0.095; 16 samples a pixel: 0.11 |
+//! | to 0.15 | blotches or noise | `--error 1e-4`: 0.095; 16 samples a pixel: 0.11 |
 //! | above | wrong shapes or brightness | |
 //!
 //! A reference has grain of its own, 0.013 here: what is to be judged by grain needs 4096 samples a pixel or more.
