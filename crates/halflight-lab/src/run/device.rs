@@ -1,5 +1,8 @@
 //! Devices that render the rows of an experiment: the CPU, or a GPU.
 
+#[cfg(feature = "gpu")]
+use std::sync::Arc;
+
 use anyhow::{Context as _, Result, bail};
 use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
