@@ -36,7 +36,17 @@ pub(crate) fn configure(choices: &Choices) -> Result<PipelineConfig, String> {
         let within = |message: String| format!("--set {setting}: {message}");
         config.lay(&parse_setting(setting).map_err(within)?).map_err(within)?;
     }
-    let config = config.finish()?;
+    let antialias_chosen = config.antialias;
+    let mut config = config.finish()?;
+    // GPUs render a frame for each sub-sample.
+    if let RefinerConfig::Lattice(lattice) = config.refiner
+        && lattice.target > 0.0
+        && !antialias_chosen
+        && choices.device == "cpu"
+    {
+        let has = |quality: &Quality| quality.lattice().visible_error == lattice.visible_error;
+        config.antialias = Quality::ALL.into_iter().find(has).map_or(1, Quality::antialias);
+    }
     if let RefinerConfig::Lattice(lattice) = config.refiner
         && lattice.certify
         && !config.visibility.certifies()
@@ -124,12 +134,14 @@ struct Layered {
     /// Set once a layer has chosen an upsampler.
     upsampler: bool,
     target: bool,
+    /// Set once a layer has chosen a number of sub-samples.
+    antialias: bool,
 }
 
 impl Layered {
     fn new() -> Result<Self, String> {
         let keys = serde_json::to_value(PipelineConfig::default()).map_err(|error| error.to_string())?;
-        Ok(Self { keys, upsampler: false, target: false })
+        Ok(Self { keys, upsampler: false, target: false, antialias: false })
     }
 
     /// Lays `layer` over the keys so far. Every key is tried as soon as it is set, so that a fault has its name. A refiner brings
@@ -144,6 +156,7 @@ impl Layered {
         }
         let layer = &layer;
         self.upsampler |= layer.get("upsampler").is_some();
+        self.antialias |= layer.get("antialias").is_some();
         let target = layer.pointer("/refiner/target").is_some();
         self.target |= target;
         // A target alone bounds NMSE₂ and nothing else.

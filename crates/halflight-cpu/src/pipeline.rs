@@ -267,8 +267,8 @@ pub struct Image {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Irradiance per channel, W/m²; zero where nothing is seen. With antialiasing, the mean over a pixel's sub-samples where these see
-    /// several surfaces.
+    /// Irradiance per channel, W/m²; zero where nothing is seen. At the pixel's centre, with antialiasing as well; frames of a GPU have
+    /// the mean over sub-samples there.
     pub irradiance: Vec<Vec3>,
     /// Outgoing radiance per channel, W/m²/sr: albedo/π · irradiance, or with antialiasing the mean of that over a pixel's sub-samples. A
     /// mean of products is not the product of the means, so that it does not follow from other layers. Empty without antialiasing.
@@ -546,7 +546,7 @@ impl State {
         image.radiance.clear();
         if let Some(antialias) = &antialias {
             clock = Instant::now();
-            stats.antialias = antialias.resolve(gbuffer, &mut image.irradiance, &mut image.radiance);
+            stats.antialias = antialias.resolve(gbuffer, &image.irradiance, &mut image.radiance);
             stats.stages_ms.antialias += lap(&mut clock);
         }
         stats.total_ms = start.elapsed().as_secs_f64() * 1e3;

@@ -18,15 +18,6 @@ const BLOCK: usize = 64;
 /// Largest factor by which an irradiance that was sampled elsewhere is scaled: at grazing incidence it may be much smaller there.
 const MOST_SCALE: f32 = 2.0;
 
-/// Sums over the sub-samples of a pixel.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Sums {
-    /// Irradiance, W/m².
-    pub(super) irradiance: Vec3,
-    /// Albedo/π times irradiance, W/m²/sr.
-    pub(super) radiance: Vec3,
-}
-
 /// Values of one light that sub-samples take.
 pub(super) struct Lit<'a> {
     pub(super) light: &'a AreaLight,
@@ -66,8 +57,8 @@ impl Block {
 }
 
 impl Lit<'_> {
-    /// Adds the light to the sums of some pixels; the sub-samples of the `i`-th are `starts[i]..starts[i + 1]`.
-    pub(super) fn add(&self, starts: &[usize], sources: &[Source], sums: &mut [Sums]) {
+    /// Adds the radiance that the light causes to the sums of some pixels; the sub-samples of the `i`-th are `starts[i]..starts[i + 1]`.
+    pub(super) fn add(&self, starts: &[usize], sources: &[Source], sums: &mut [Vec3]) {
         let mut block = Block::EMPTY;
         for (pixel, range) in starts.windows(2).enumerate() {
             for entry in range[0]..range[1] {
@@ -114,7 +105,7 @@ impl Lit<'_> {
     }
 
     /// Adds the light of the sub-samples of a block, and empties it.
-    fn flush(&self, block: &mut Block, sums: &mut [Sums]) {
+    fn flush(&self, block: &mut Block, sums: &mut [Vec3]) {
         let count = std::mem::take(&mut block.count);
         let (mut unshadowed, mut at_source) = ([0.0f32; BLOCK], [0.0f32; BLOCK]);
         let light = self.light;
@@ -132,9 +123,7 @@ impl Lit<'_> {
                 Shading::Sampled => 1.0,
             };
             let irradiance = light.radiance * block.values[lane] * factor;
-            let sum = &mut sums[block.pixel[lane]];
-            sum.irradiance += irradiance;
-            sum.radiance += block.albedo[lane] * irradiance * FRAC_1_PI;
+            sums[block.pixel[lane]] += block.albedo[lane] * irradiance * FRAC_1_PI;
         }
     }
 }

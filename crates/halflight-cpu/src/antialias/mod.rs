@@ -30,7 +30,7 @@ use rayon::prelude::*;
 use crate::bvh::Bvh;
 use crate::irradiance::{Shading, fraction, query_sums};
 use edges::Edges;
-use light::{Lit, Sums};
+use light::Lit;
 use rays::SubSamples;
 use sources::{Search, Source};
 use surfaces::Surfaces;
@@ -52,8 +52,8 @@ pub(crate) struct Antialias {
     batch: MaskBatch,
     /// Values of the sub-samples that have asked.
     own: Vec<f32>,
-    /// Sums of the edge pixels.
-    sums: Vec<Sums>,
+    /// Radiance of the edge pixels, W/m²/sr, summed over their sub-samples.
+    sums: Vec<Vec3>,
     counts: AntialiasCounts,
 }
 
@@ -82,7 +82,7 @@ impl Antialias {
             }
         });
         self.sums.clear();
-        self.sums.resize(edges.len(), Sums::default());
+        self.sums.resize(edges.len(), Vec3::ZERO);
         self.counts = AntialiasCounts::default();
         self.counts.edge_pixels = edges.len() as u64;
         self.counts.sub_samples = self.sources.len() as u64;
@@ -143,26 +143,24 @@ impl Antialias {
         }
     }
 
-    /// Replaces the irradiance of pixels that see several surfaces by the mean over their sub-samples, and writes the radiance of all
-    /// pixels. Returns counts.
+    /// Writes the radiance of all pixels from the irradiance at their centres; of pixels that see several surfaces, the mean over their
+    /// sub-samples. Returns counts.
     pub(crate) fn resolve(
         &self,
         gbuffer: &GBuffer,
-        irradiance: &mut [Vec3],
+        irradiance: &[Vec3],
         radiance: &mut Vec<Vec3>,
     ) -> AntialiasCounts {
         radiance.resize(irradiance.len(), Vec3::ZERO);
-        let pixels = radiance.par_iter_mut().zip(&*irradiance).zip(&gbuffer.albedo).with_min_len(4096);
+        let pixels = radiance.par_iter_mut().zip(irradiance).zip(&gbuffer.albedo).with_min_len(4096);
         pixels.for_each(|((radiance, &light), &albedo)| *radiance = light * albedo * FRAC_1_PI);
         let part = 1.0 / self.count.max(1) as f32;
         let edges = self.samples.starts().windows(2).zip(self.edges.all()).zip(&self.sums);
-        for ((range, edge), sums) in edges {
+        for ((range, edge), sum) in edges {
             if self.sources[range[0]] != Source::Whole {
                 let centre = 1.0 - (range[1] - range[0]) as f32 * part;
-                let (irradiance, radiance) =
-                    (&mut irradiance[edge.pixel as usize], &mut radiance[edge.pixel as usize]);
-                *irradiance = *irradiance * centre + sums.irradiance * part;
-                *radiance = *radiance * centre + sums.radiance * part;
+                let radiance = &mut radiance[edge.pixel as usize];
+                *radiance = *radiance * centre + *sum * part;
             }
         }
         self.counts
@@ -176,6 +174,6 @@ impl Antialias {
             + self.asking.capacity() * size_of::<(usize, usize)>()
             + self.batch.bytes()
             + self.own.capacity() * size_of::<f32>()
-            + self.sums.capacity() * size_of::<Sums>()
+            + self.sums.capacity() * size_of::<Vec3>()
     }
 }

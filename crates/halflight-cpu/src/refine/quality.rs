@@ -39,6 +39,14 @@ impl Quality {
         }
     }
 
+    /// Returns the number of sub-samples a pixel that the program takes for the quality on the CPU: 8, or 1 for `draft`.
+    pub fn antialias(self) -> u32 {
+        match self {
+            Self::Draft => 1,
+            Self::Good | Self::Final => 8,
+        }
+    }
+
     /// Returns the lattice refiner's options for the quality.
     pub fn lattice(self) -> LatticeConfig {
         let (target, visible_error) = match self {

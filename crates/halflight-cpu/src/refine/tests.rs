@@ -493,7 +493,8 @@ fn noise_is_smoothed_where_it_explains_the_differences() {
         steps.gbuffer.primitive[pixel] = 1;
         steps.gbuffer.position[pixel].y -= 1.0;
     }
-    let sharp: [(&Floor, fn(u32, u32) -> f32); 4] = [
+    type Fraction = fn(u32, u32) -> f32;
+    let sharp: [(&Floor, Fraction); 4] = [
         (&floor, |x, _| if x < 77 { 0.0 } else { 1.0 }),
         (&floor, |x, _| if x == 77 { 0.0 } else { 1.0 }),
         (&floor, |x, y| if (x, y) == (77, 30) { 0.0 } else { 1.0 }),
