@@ -75,7 +75,7 @@ fn flag_row(gbuffer: &GBuffer, surfaces: &Surfaces, first: usize, flags: &mut [u
         let pixel = first + x;
         let right = x + 1 < width && !surfaces.look_alike(seen(pixel), seen(pixel + 1));
         let below = pixel + width < primitive.len() && !surfaces.look_alike(seen(pixel), seen(pixel + width));
-        *flag = u8::from(right) * RIGHT | u8::from(below) * BELOW;
+        *flag = (u8::from(right) * RIGHT) | (u8::from(below) * BELOW);
     }
 }
 

@@ -61,9 +61,9 @@ impl Lit<'_> {
     pub(super) fn add(&self, starts: &[usize], sources: &[Source], sums: &mut [Vec3]) {
         let mut block = Block::EMPTY;
         for (pixel, range) in starts.windows(2).enumerate() {
-            for entry in range[0]..range[1] {
+            for (entry, &source) in (range[0]..range[1]).zip(&sources[range[0]..range[1]]) {
                 let sample = Seen { gbuffer: self.samples, entry };
-                let (values, source) = match sources[entry] {
+                let (values, source) = match source {
                     Source::Whole => break,
                     Source::Background => continue,
                     Source::Pixel(entry) => {

@@ -32,7 +32,7 @@ pub(crate) struct Packet<const N: usize = RAYS> {
 
 impl<const N: usize> Packet<N> {
     pub(crate) fn new() -> Self {
-        const { assert!(N <= MOST && N % GROUP == 0) }
+        const { assert!(N <= MOST && N.is_multiple_of(GROUP)) }
         Self {
             origin: Vec3::ZERO,
             count: 0,
