@@ -2,10 +2,15 @@
 
 pub mod equal_error;
 pub mod equal_time;
+pub mod families;
+pub mod findings;
 pub mod flicker;
 pub mod format;
+mod measure;
 pub mod paper;
 pub mod pareto;
 pub mod scaling;
 pub mod summary;
 pub mod sweep;
+
+pub use measure::Measure;

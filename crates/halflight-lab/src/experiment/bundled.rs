@@ -62,7 +62,7 @@ mod tests {
             .collect();
         // Counted by hand from the files' axes.
         let expected = [
-            ("default", 3, 2 * 5 * 2 + 6),
+            ("default", 3, 2 * 5 * 2 + 6 * 2 + 2 + 4 + 3 * 2 + 1 + 4 * 3 + 4 + 4 + 3),
             ("flicker", 3, 2 + 2 * 5 * 2 + 4 + 1 + 3),
             ("gpu", 2 * 2, 4 * 2 + 2 + 2 * 4 * 2 + 1 + 2),
             ("koa-fig15", 1, 2 + 2),

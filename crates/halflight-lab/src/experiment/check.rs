@@ -1,7 +1,8 @@
 //! Validation of experiments beyond their syntax.
 
 use halflight_core::subpixel;
-use halflight_cpu::config::{Named, VisibilityConfig};
+use halflight_cpu::config::{Named, RefinerConfig, VisibilityConfig};
+use halflight_cpu::refine::Quality;
 
 use super::constants::parameter;
 use super::plan;
@@ -81,6 +82,10 @@ pub(super) fn check(experiment: &Experiment) -> Result<(), String> {
         return Err(format!("equal_time is `{name}`, expected a visibility backend: {known}"));
     }
     let rows = plan::rows(experiment)?;
+    let good = RefinerConfig::Lattice(Quality::Good.lattice());
+    if experiment.front_page && !rows.iter().any(|row| row.config.refiner == good) {
+        return Err("front_page is true, but no row is the lattice at quality good".to_string());
+    }
     if let Some(constant) = &experiment.sweep
         && !rows.iter().any(|row| parameter(&row.parameters, constant).is_some())
     {

@@ -1,6 +1,7 @@
 //! Constants of refiners and backends, as experiment files write them.
 
 use halflight_cpu::config::{Named, RefinerConfig};
+use halflight_cpu::refine::Quality;
 use itertools::Itertools as _;
 use serde::{Deserialize as _, Deserializer};
 use serde_json::Value;
@@ -121,6 +122,17 @@ pub fn parameter(parameters: &str, constant: &str) -> Option<(f64, String)> {
     Some((value.parse().ok()?, others.join(";")))
 }
 
+/// Returns the quality that a lattice row's parameters amount to; `None` where they set other bounds, or anything else.
+pub fn quality(parameters: &str) -> Option<Quality> {
+    let (target, others) = parameter(parameters, "target")?;
+    let (visible, others) = parameter(&others, "visible_error")?;
+    let is = |quality: &Quality| {
+        let lattice = quality.lattice();
+        (lattice.target, lattice.visible_error) == (target as f32, visible as f32)
+    };
+    Quality::ALL.into_iter().find(is).filter(|_| others.is_empty())
+}
+
 /// Reads the name of a refiner from a stored row; a former name gives the name of today.
 pub(crate) fn refiner_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
     let name = String::deserialize(deserializer)?;
@@ -138,6 +150,26 @@ mod tests {
         assert_eq!(found("bias=2;resolution=64;x={\"a\":1}"), Some((64.0, "bias=2;x={\"a\":1}".to_string())));
         for other in ["", "depth_bits=128", "resolution=fine", "x.resolution=3"] {
             assert_eq!(found(other), None, "{other}");
+        }
+    }
+
+    #[test]
+    fn qualities_are_known_by_their_bounds() {
+        for known in Quality::ALL {
+            let config = known.lattice();
+            let text = format!(
+                "name = 'lattice'\ntarget = {}\nvisible_error = {}",
+                config.target, config.visible_error
+            );
+            assert_eq!(quality(&expanded(&text).unwrap()[0].parameters), Some(known));
+        }
+        for other in [
+            "",
+            "target=0.0001",
+            "target=0.0003;visible_error=0.04",
+            "certify=true;target=0.0001;visible_error=0.04",
+        ] {
+            assert_eq!(quality(other), None, "{other}");
         }
     }
 

@@ -98,6 +98,8 @@ mod tests {
         let with = |line: &str| fault(&SMALL.replace("repetitions = 1", &format!("repetitions = 1\n{line}")));
         let sweep = with("sweep = \"resolution\"");
         assert!(sweep.contains("no row sets this constant"), "{sweep}");
+        let front = with("front_page = true");
+        assert!(front.contains("no row is the lattice at quality good"), "{front}");
         let backend = with("equal_time = \"rays\"");
         assert!(backend.contains("`rays`") && backend.contains("bvh, raster4d"), "{backend}");
         for (keys, expected) in [

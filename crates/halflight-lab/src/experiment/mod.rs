@@ -11,7 +11,7 @@ mod paper;
 pub mod plan;
 mod schema;
 
-pub use constants::parameter;
 pub(crate) use constants::refiner_name;
+pub use constants::{parameter, quality};
 pub use paper::{Paper, PaperRow};
 pub use schema::{Axis, Experiment, FlickerChoice, Grid, ReferenceChoice, Scaling, SceneChoice};

@@ -22,6 +22,10 @@ pub struct Experiment {
     /// Image widths and heights, pixels: `size` in the file, a pair or a list of pairs.
     #[serde(rename = "size", deserialize_with = "pairs")]
     pub sizes: Vec<[u32; 2]>,
+    /// Set for a report that opens with one chart a scene, findings in words and pictures side by side. It needs a row of the
+    /// lattice at quality `good`.
+    #[serde(default)]
+    pub front_page: bool,
     /// Timed frames a row; one more is rendered before and not timed.
     pub repetitions: u32,
     /// Seed of the rows.

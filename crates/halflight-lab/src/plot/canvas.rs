@@ -4,7 +4,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// Size of a chart, units. A unit is a pixel in SVG and more of them in PNG.
+/// Usual size of a chart, units. A unit is a pixel in SVG and more of them in PNG.
 pub(super) const SIZE: (u32, u32) = (1400, 760);
 pub(super) const FONT: &str = "sans-serif";
 pub(super) const INK: RGBColor = RGBColor(34, 34, 34);

@@ -1,5 +1,6 @@
 //! Charts of points as data.
 
+use super::layout::Layout;
 use crate::analysis::pareto;
 
 /// Chart with a logarithmic y axis.
@@ -21,6 +22,8 @@ pub struct Chart {
     pub noise: Option<f64>,
     /// Set to draw the Pareto front.
     pub pareto: bool,
+    /// Sizes of plot and letters, and place of the key.
+    pub layout: Layout,
 }
 
 /// Scale of an axis.
@@ -82,6 +85,8 @@ pub enum Shape {
     Wedge,
     /// Hexagon.
     Hexagon,
+    /// Small circle, for rows that no one needs to tell apart.
+    Dot,
 }
 
 /// Part of a key.
@@ -106,7 +111,7 @@ pub(super) const COLORS: [[u8; 3]; 8] = [
 ];
 
 impl Shape {
-    /// All shapes.
+    /// Shapes that are told apart.
     pub const ALL: [Self; 6] =
         [Self::Circle, Self::Triangle, Self::Square, Self::Diamond, Self::Wedge, Self::Hexagon];
 
@@ -159,6 +164,7 @@ impl Chart {
             key: vec![KeyGroup { title: key.into(), entries }],
             noise: None,
             pareto: false,
+            layout: Layout::PAGE,
         }
     }
 

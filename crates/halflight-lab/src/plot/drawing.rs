@@ -15,6 +15,11 @@ pub trait Drawing {
     /// Returns the title.
     fn title(&self) -> &str;
 
+    /// Returns width and height, units.
+    fn size(&self) -> (u32, u32) {
+        SIZE
+    }
+
     /// Draws the chart.
     ///
     /// # Errors
@@ -29,7 +34,7 @@ pub trait Drawing {
         check_font(self)?;
         let mut svg = String::new();
         {
-            let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+            let area = SVGBackend::with_string(&mut svg, self.size()).into_drawing_area();
             drawn(self, self.draw(&Canvas { area: &area, scale: 1 }))?;
             drawn(self, area.present())?;
         }
@@ -44,7 +49,7 @@ pub trait Drawing {
         check_font(self)?;
         // Twice the size of the SVG, for screens on which a unit is two pixels.
         const SCALE: u32 = 2;
-        let size = (SIZE.0 * SCALE, SIZE.1 * SCALE);
+        let size = (self.size().0 * SCALE, self.size().1 * SCALE);
         let mut bytes = vec![255; size.0 as usize * size.1 as usize * 3];
         {
             let area = BitMapBackend::with_buffer(&mut bytes, size).into_drawing_area();

@@ -3,7 +3,9 @@
 use itertools::Itertools as _;
 
 use super::chart::{Chart, Point, Scale, Series};
+use super::layout::Layout;
 use super::marks::Marks;
+use crate::analysis::Measure;
 use crate::results::Finished;
 
 /// Quantity that a chart sets the error against.
@@ -15,49 +17,6 @@ pub enum Against {
     Rays,
     /// Size of the light; rows that differ in nothing else are joined.
     Light,
-}
-
-/// Error of a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Measure {
-    /// NMSE₂.
-    Nmse2,
-    /// NMSE of Koa17.
-    Nmse,
-    /// 99th percentile of ꟻLIP.
-    FlipP99,
-    /// Grain of the penumbra.
-    Grain,
-}
-
-impl Measure {
-    /// Returns the error of a row, if it was measured.
-    fn of(self, row: &Finished) -> Option<f64> {
-        match self {
-            Self::Nmse2 => Some(row.record.nmse2),
-            Self::Nmse => Some(row.record.nmse),
-            Self::FlipP99 => row.record.flip_p99,
-            Self::Grain => row.record.grain,
-        }
-    }
-
-    /// Returns the error of the reference itself, where it is known.
-    fn noise(self, row: &Finished) -> Option<f64> {
-        match self {
-            Self::Nmse2 => Some(row.record.reference_noise),
-            Self::Grain => row.record.reference_grain,
-            Self::Nmse | Self::FlipP99 => None,
-        }
-    }
-
-    fn label(self) -> &'static str {
-        match self {
-            Self::Nmse2 => "NMSE₂ = SSE / Σ reference²",
-            Self::Nmse => "NMSE (Koa17)",
-            Self::FlipP99 => "FLIP, 99th percentile over the pixels",
-            Self::Grain => "grain of the penumbra, as a contrast",
-        }
-    }
 }
 
 /// Returns a chart of an error of these rows; those are left out for which it was not measured. `None` where no row is left.
@@ -105,6 +64,7 @@ pub fn chart(title: String, rows: &[&Finished], measure: Measure, against: Again
         key: marks.key(),
         noise: (noise > 0.0).then_some(noise),
         pareto: !light,
+        layout: Layout::PAGE,
     })
 }
 

@@ -1,5 +1,6 @@
 //! Charts of rows, as SVG and PNG.
 
+mod axis;
 mod bars;
 mod canvas;
 mod chart;
@@ -8,7 +9,10 @@ mod drawing;
 pub mod equal_error;
 pub mod errors;
 pub mod expected;
+pub mod families;
 pub mod flicker;
+mod key;
+mod layout;
 mod marks;
 pub mod scaling;
 pub mod sweep;
@@ -16,3 +20,4 @@ pub mod sweep;
 pub use bars::{Bar, Bars};
 pub use chart::{Chart, KeyGroup, Mark, Point, Scale, Series, Shape};
 pub use drawing::Drawing;
+pub use layout::Layout;

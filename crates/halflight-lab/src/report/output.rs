@@ -6,11 +6,12 @@ use anyhow::Result;
 use halflight_metrics::write_file;
 use itertools::iproduct;
 
-use super::page::{Figure, report};
-use crate::analysis::{equal_error, equal_time, flicker, paper, scaling};
+use super::figure::{Figure, Place};
+use super::page::report;
+use crate::analysis::{Measure, equal_error, equal_time, flicker, paper, scaling};
 use crate::experiment::plan::{scene_label, slug};
 use crate::experiment::{Experiment, FlickerChoice, Scaling};
-use crate::plot::errors::{self, Against, Measure};
+use crate::plot::errors::{self, Against};
 use crate::plot::{self, Drawing};
 use crate::results::record::write_csv;
 use crate::results::{Finished, Outcome};
@@ -55,21 +56,26 @@ fn charts(experiment: &Experiment, outcome: &Outcome, out: &Path) -> Result<Vec<
     if let Some(Scaling { axis }) = experiment.scaling {
         let lines = scaling::lines(&outcome.rows, axis);
         let title = format!("Visibility against {}", axis.quantity());
-        charts.draw("scaling".to_string(), &plot::scaling::chart(title, &lines, axis), Vec::new())?;
+        charts.draw("scaling".to_string(), &plot::scaling::chart(title, &lines, axis), Place::Experiment)?;
     }
     if !experiment.equal_error.is_empty() {
         let summary = equal_error::summary(&outcome.rows, &experiment.equal_error);
-        charts.draw("summary".to_string(), &plot::equal_error::chart(&summary), Vec::new())?;
+        charts.draw("summary".to_string(), &plot::equal_error::chart(&summary), Place::Experiment)?;
     }
     if let Some(chart) = plot::expected::chart("Expected and true error".to_string(), &outcome.rows) {
-        charts.draw("expected".to_string(), &chart, Vec::new())?;
+        charts.draw("expected".to_string(), &chart, Place::Experiment)?;
     }
-    for setting in &outcome.settings {
+    for (setting, short) in outcome.settings.iter().zip(outcome.names()) {
         let rows = outcome.rows_of(setting);
         if rows.is_empty() {
             continue;
         }
-        let (name, here) = (sized(&setting.label, experiment), vec![setting.slug.clone()]);
+        if experiment.front_page
+            && let Some(chart) = plot::families::chart(short.to_string(), &rows, Measure::FlipP99)
+        {
+            charts.draw(format!("{}-families", setting.slug), &chart, Place::Front)?;
+        }
+        let (name, here) = (sized(&setting.label, experiment), Place::Setting(setting.slug.clone()));
         if experiment.scaling.is_none() {
             for (measure, against, words, file) in [
                 (Measure::Nmse2, Against::Time, "error against time", "time"),
@@ -104,7 +110,7 @@ fn charts(experiment: &Experiment, outcome: &Outcome, out: &Path) -> Result<Vec<
             let title =
                 format!("{}, {width} × {height}: error against the size of the light", scene_label(choice));
             if let Some(chart) = errors::chart(title, &rows, Measure::Nmse, Against::Light) {
-                charts.draw(format!("{}-light", slugs[0]), &chart, slugs[..1].to_vec())?;
+                charts.draw(format!("{}-light", slugs[0]), &chart, Place::Setting(slugs[0].clone()))?;
             }
         }
     }
@@ -118,10 +124,10 @@ struct Charts {
 }
 
 impl Charts {
-    fn draw(&mut self, slug: String, drawing: &impl Drawing, settings: Vec<String>) -> Result<()> {
+    fn draw(&mut self, slug: String, drawing: &impl Drawing, place: Place) -> Result<()> {
         drawing.write(&self.folder.join(&slug))?;
         let title = drawing.title().to_string();
-        self.figures.push(Figure { path: format!("charts/{slug}"), title, settings });
+        self.figures.push(Figure { path: format!("charts/{slug}"), title, place });
         Ok(())
     }
 }

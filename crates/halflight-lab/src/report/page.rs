@@ -6,6 +6,8 @@ use maud::{Markup, PreEscaped, html};
 use serde_json::json;
 
 use super::columns::{COLUMNS, Column};
+use super::figure::{Figure, Place, charts};
+use super::front::front;
 use super::html::{page, table};
 use crate::analysis::format::integer;
 use crate::analysis::{equal_error, equal_time, paper, scaling, summary};
@@ -15,17 +17,6 @@ use crate::results::record::NOISE_MARGIN;
 use crate::results::{self, Finished, Outcome, Table};
 
 const SCRIPT: &str = include_str!("report.js");
-
-/// Chart on the page.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Figure {
-    /// Path from the page, without ending.
-    pub(super) path: String,
-    /// Title.
-    pub(super) title: String,
-    /// Slugs of the settings under which the chart stands; none for all of the experiment.
-    pub(super) settings: Vec<String>,
-}
 
 /// Returns the report of an experiment. All links in it are relative.
 ///
@@ -42,6 +33,7 @@ pub(super) fn report(
     // "</" would end the script.
     let data = serde_json::to_string(&pictures(experiment, outcome))?.replace("</", "<\\/");
     let body = html! {
+        @if experiment.front_page { (front(experiment, outcome, figures)) }
         p { (experiment.description) }
         p.from {
             code { (command) } br;
@@ -51,7 +43,7 @@ pub(super) fn report(
         }
         nav { @for setting in &outcome.settings { a href={ "#" (setting.slug) } { (setting.label) } " " } }
         (tables(experiment, outcome))
-        (charts(figures, |figure| figure.settings.is_empty()))
+        (charts(figures, &Place::Experiment))
         @for setting in &outcome.settings {
             @let rows = outcome.rows_of(setting);
             @if !rows.is_empty() { (section(experiment, setting, &rows, figures)) }
@@ -101,19 +93,6 @@ fn tables(experiment: &Experiment, outcome: &Outcome) -> Markup {
     }
 }
 
-/// Returns the charts that are wanted.
-fn charts(figures: &[Figure], wanted: impl Fn(&Figure) -> bool) -> Markup {
-    html! {
-        div.charts {
-            @for Figure { path, title, .. } in figures.iter().filter(|figure| wanted(figure)) {
-                figure {
-                    a href={ (path) ".svg" } { img src={ (path) ".png" } alt=(title) loading="lazy"; }
-                }
-            }
-        }
-    }
-}
-
 /// Returns summary, charts, viewer and table of a setting.
 fn section(experiment: &Experiment, setting: &Setting, rows: &[&Finished], figures: &[Figure]) -> Markup {
     let slug = &setting.slug;
@@ -126,7 +105,7 @@ fn section(experiment: &Experiment, setting: &Setting, rows: &[&Finished], figur
             h2 { (setting.label) }
             p { (triangles) " triangles; times are medians of " (frames) " frames." }
             ul { @for sentence in summary::sentences(rows) { li { (sentence) } } }
-            (charts(figures, |figure| figure.settings.contains(slug)))
+            (charts(figures, &Place::Setting(slug.clone())))
             div.viewer data-setting=(slug) {}
             p {
                 "Click a row to see it as A, shift-click to see it as B. Error maps: black is none, the bright end is "
@@ -198,7 +177,7 @@ mod tests {
         let figure = Figure {
             path: "charts/hall-time".to_string(),
             title: "hall".to_string(),
-            settings: vec!["hall".to_string()],
+            place: Place::Setting("hall".to_string()),
         };
         let page = report(&experiment, &outcome, &[figure], "cargo xtask ablate koa-fig8").unwrap();
         (outcome, page)
@@ -238,7 +217,7 @@ mod tests {
         outcome.rows[0].record.visibility = "voxel".to_string();
         outcome.rows[0].record.off_share = Some(0.125);
         let figure =
-            Figure { path: "charts/scaling".to_string(), title: "g".to_string(), settings: Vec::new() };
+            Figure { path: "charts/scaling".to_string(), title: "g".to_string(), place: Place::Experiment };
         let page = report(&experiment, &outcome, &[figure], "command").unwrap();
         for words in [
             "<th>off %</th>",

@@ -9,7 +9,7 @@ pub mod table;
 
 pub use frames::{FrameError, Means};
 pub use outcome::Outcome;
-pub use pictures::{PictureKind, pictures};
+pub use pictures::{PictureKind, WINDOW, pictures};
 pub use provenance::{Provenance, hash};
 pub use record::{Finished, PaperError, Record};
 pub use table::{Line, Table};

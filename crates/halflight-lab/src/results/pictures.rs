@@ -3,6 +3,9 @@
 use super::record::Finished;
 use crate::experiment::Experiment;
 
+/// Width and height of the part of a picture that is shown magnified, pixels; less where the picture is smaller.
+pub const WINDOW: [u32; 2] = [72, 54];
+
 /// Kind of a picture of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureKind {

@@ -198,6 +198,9 @@ pub struct Finished {
     pub paper: Option<PaperError>,
     /// Fragments of each level, 0 first.
     pub per_level: [u64; LEVELS],
+    /// Left and top of the [`WINDOW`](super::pictures::WINDOW) in which the picture differs most from the reference's, pixels.
+    #[serde(default)]
+    pub worst: [u32; 2],
     /// Frames along the scene's animation, where the experiment asks for them.
     #[serde(default)]
     pub frames: Vec<FrameError>,
@@ -263,6 +266,7 @@ pub(crate) mod tests {
             normalised_sse: 0.25,
             paper: None,
             per_level: [3; LEVELS],
+            worst: [8, 4],
             frames: Vec::new(),
             record: Record {
                 experiment: "made-up".to_string(),

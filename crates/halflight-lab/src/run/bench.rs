@@ -16,6 +16,7 @@ use super::progress::Progress;
 use super::state::State;
 use super::timing;
 use super::truth::Truth;
+use super::window;
 use crate::experiment::Experiment;
 use crate::experiment::plan::{Row, Setting};
 use crate::reference::voxel_errors::{Failures, failures};
@@ -134,7 +135,7 @@ impl Bench<'_> {
             reference: &self.truth.reference,
             provenance: self.provenance,
         };
-        let finished = Finished {
+        let mut finished = Finished {
             setting: self.setting.slug.clone(),
             row: row.slug(),
             fragments: row.fragments_slug(),
@@ -142,10 +143,11 @@ impl Bench<'_> {
             normalised_sse,
             paper,
             per_level: stats.fragments.per_level,
+            worst: [0, 0],
             frames: running.frames.to_vec(),
             record: measured.record(),
         };
-        self.write_pictures(running, &finished)?;
+        finished.worst = self.write_pictures(running, &finished)?;
         if let Some(failures) = failures {
             let [width, height] = self.setting.size;
             let path = self.folder.join(PictureKind::Failures.file(&finished));
@@ -166,14 +168,16 @@ impl Bench<'_> {
         found.map(Some).with_context(|| row.named())
     }
 
-    fn write_pictures(&self, running: &Running, finished: &Finished) -> Result<()> {
+    /// Writes a row's pictures and returns where they differ most from the reference's.
+    fn write_pictures(&self, running: &Running, finished: &Finished) -> Result<[u32; 2]> {
         let irradiance = running.machine.irradiance();
         let (image, reference) =
             (self.truth.image(irradiance)?, self.truth.image(&self.truth.reference.irradiance)?);
         let (width, height) = (image.width(), image.height());
         let [picture, fragments, error, squared, _] =
             PictureKind::ALL.map(|kind| self.folder.join(kind.file(finished)));
-        self.truth.write_picture(&picture, irradiance)?;
+        let seen = self.truth.picture(irradiance);
+        write_png(&picture, width, height, &seen)?;
         if !fragments.is_file() {
             let map = running.machine.fragment_map(&self.truth.gbuffer);
             write_png(&fragments, width, height, &map)?;
@@ -184,6 +188,7 @@ impl Bench<'_> {
             let map = squared_error_picture(image, reference, factor)?;
             write_png(&squared, width, height, &map)?;
         }
-        Ok(())
+        let converged = self.truth.picture(&self.truth.reference.irradiance);
+        Ok(window::worst(width, height, &seen, &converged))
     }
 }

@@ -11,6 +11,7 @@ mod runner;
 mod state;
 mod timing;
 mod truth;
+mod window;
 
 pub use device::Device;
 pub use progress::Progress;

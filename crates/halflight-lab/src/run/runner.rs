@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, anyhow};
 use halflight_image::memory;
+use halflight_metrics::write_png;
 
 use super::bench::Bench;
 use super::device::Device;
@@ -80,7 +81,9 @@ pub fn run(
             }
         };
         let truth = Truth::new(experiment, &places.references, setting, &scene, &progress)?;
-        truth.write_picture(&folder.join("reference.png"), &truth.reference.irradiance)?;
+        let [width, height] = setting.size;
+        let picture = truth.picture(&truth.reference.irradiance);
+        write_png(&folder.join("reference.png"), width, height, &picture)?;
         let frames = match &experiment.flicker {
             Some(choice) => {
                 flicker::measure(experiment, choice, &places.references, setting, &scene, &left, &progress)?

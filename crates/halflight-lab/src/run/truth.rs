@@ -8,7 +8,7 @@ use halflight_core::gbuffer::GBuffer;
 use halflight_core::scene::Scene;
 use halflight_cpu::prepared::PreparedScene;
 use halflight_image::picture;
-use halflight_metrics::{Comparison, Image, compare, write_png};
+use halflight_metrics::{Comparison, Image, compare};
 
 use super::loaded::Loaded;
 use super::progress::Progress;
@@ -64,9 +64,9 @@ impl Truth {
         Ok(image.with_mask(&self.receivers)?.with_visible_fractions(visibility)?)
     }
 
-    pub(super) fn write_picture(&self, path: &Path, irradiance: &[Vec3]) -> Result<()> {
-        let picture = picture::image(irradiance, &self.gbuffer.albedo, picture::EXPOSURE);
-        Ok(write_png(path, self.gbuffer.width, self.gbuffer.height, &picture)?)
+    /// Returns the tone-mapped picture of an image.
+    pub(super) fn picture(&self, irradiance: &[Vec3]) -> Vec<[u8; 3]> {
+        picture::image(irradiance, &self.gbuffer.albedo, picture::EXPOSURE)
     }
 
     /// Returns errors against a reference, and the SSE after division by the reference's peak.
