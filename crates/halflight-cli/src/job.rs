@@ -19,8 +19,8 @@ const LAYERS: u64 = 180;
 /// Bytes a pixel of a failure map while it is made.
 const FAILURES: u64 = 170;
 
-/// Bytes a pixel of an image and a G-buffer that come from a GPU.
-const DOWNLOADED: u64 = 80;
+/// Bytes a pixel of an image and a G-buffer that come from a GPU, with the sums of sub-samples.
+const DOWNLOADED: u64 = 104;
 
 pub(crate) fn run(mut args: Render) -> Outcome {
     let config = configure(&args.choices)?;

@@ -474,10 +474,6 @@ impl State {
         visibility.prepare(&frame);
         let prepare_ms = lap(&mut clock);
         stats.stages_ms.visibility = prepare_ms;
-        if let Some(antialias) = &mut antialias {
-            antialias.prepare(bvh, &frame, builder.antialias)?;
-            stats.stages_ms.antialias = lap(&mut clock);
-        }
 
         (image.width, image.height) = (width, height);
         image.irradiance.clear();
@@ -521,6 +517,11 @@ impl State {
             compose::add_light(gbuffer, light, shading, &buffers.planes, &mut image.irradiance, totals);
             stats.stages_ms.compose += lap(&mut clock);
             if let Some(antialias) = &mut antialias {
+                if number == 0 {
+                    // The only light is the whole irradiance.
+                    let irradiance = (scene.lights.len() == 1).then_some(&image.irradiance[..]);
+                    antialias.prepare(bvh, &frame, builder.antialias, irradiance)?;
+                }
                 let mut requests = Requests::new(visibility.as_mut());
                 antialias.add_light(&frame, number, shading, &buffers.planes, &mut requests);
                 stats.rays += requests.rays;

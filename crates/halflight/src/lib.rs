@@ -69,6 +69,8 @@
 //! upsample           F at every pixel
 //!    ▼
 //! compose            F × unshadowed irradiance × radiance, summed over the lights
+//!    ▼
+//! antialias          pixels at edges: the mean over sub-samples, where it is asked for
 //! ```
 //!
 //! Fragments are found for one light after another. No data of earlier frames is used.

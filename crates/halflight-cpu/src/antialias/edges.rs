@@ -3,6 +3,7 @@
 //! Every straight edge that crosses a pixel passes between its centre and that of such a neighbour, so that no other pixels need be looked at. Things
 //! thinner than a pixel may pass between all centres; pixels that miss them are not found.
 
+use glam::Vec3;
 use halflight_core::gbuffer::GBuffer;
 use rayon::prelude::*;
 
@@ -41,8 +42,9 @@ pub(super) struct Edges {
 }
 
 impl Edges {
-    /// Finds the edge pixels of a frame.
-    pub(super) fn find(&mut self, gbuffer: &GBuffer, surfaces: &Surfaces) {
+    /// Finds the edge pixels of a frame; with the `irradiance` of all pixels, those amid pixels of which one at least is
+    /// lit.
+    pub(super) fn find(&mut self, gbuffer: &GBuffer, surfaces: &Surfaces, irradiance: Option<&[Vec3]>) {
         let (width, pixels) = (gbuffer.width.max(1) as usize, gbuffer.pixels());
         self.flags.resize(pixels, 0);
         let rows = self.flags.par_chunks_mut(width).enumerate();
@@ -50,7 +52,12 @@ impl Edges {
         let flags = &self.flags[..];
         self.bands.resize_with(pixels.div_ceil(width * TILE), Vec::new);
         let bands = self.bands.par_iter_mut().enumerate();
-        bands.for_each(|(band, found)| list_band(flags, width, band * TILE, found));
+        bands.for_each(|(band, found)| {
+            list_band(flags, width, band * TILE, found);
+            if let Some(irradiance) = irradiance {
+                found.retain(|edge| is_lit(irradiance, width, edge.pixel as usize));
+            }
+        });
         self.all.clear();
         self.bands.iter().for_each(|found| self.all.extend_from_slice(found));
     }
@@ -77,6 +84,14 @@ fn flag_row(gbuffer: &GBuffer, surfaces: &Surfaces, first: usize, flags: &mut [u
         let below = pixel + width < primitive.len() && !surfaces.look_alike(seen(pixel), seen(pixel + width));
         *flag = (u8::from(right) * RIGHT) | (u8::from(below) * BELOW);
     }
+}
+
+/// Returns whether one of the 3 × 3 pixels around a pixel receives light.
+fn is_lit(irradiance: &[Vec3], width: usize, pixel: usize) -> bool {
+    // Neighbours of pixels at the left and right border are some of other rows: these can only add edges.
+    let rows = [pixel.wrapping_sub(width), pixel, pixel + width];
+    let mut near = rows.into_iter().flat_map(|row| [row.wrapping_sub(1), row, row + 1]);
+    near.any(|near| irradiance.get(near).is_some_and(|&irradiance| irradiance != Vec3::ZERO))
 }
 
 /// Lists the edge pixels of the tiles whose first row is `top`, those of each quarter, and of its quarters, together.

@@ -58,15 +58,22 @@ pub(crate) struct Antialias {
 }
 
 impl Antialias {
-    /// Finds the edge pixels of a frame and what their sub-samples see, `count` in a pixel.
+    /// Finds the edge pixels of a frame and what their sub-samples see, `count` in a pixel. With the `irradiance` of the pixels, where it is
+    /// known already, edges amid pixels that no light reaches are left out.
     ///
     /// # Errors
     /// Pixels cannot have so many sub-samples.
-    pub(crate) fn prepare(&mut self, bvh: &Bvh, frame: &Frame, count: u32) -> Result<(), SubSampleError> {
+    pub(crate) fn prepare(
+        &mut self,
+        bvh: &Bvh,
+        frame: &Frame,
+        count: u32,
+        irradiance: Option<&[Vec3]>,
+    ) -> Result<(), SubSampleError> {
         let (gbuffer, offsets) = (frame.gbuffer, subpixel::offsets(count)?);
         self.count = count;
         let surfaces = Surfaces::new(frame);
-        self.edges.find(gbuffer, &surfaces);
+        self.edges.find(gbuffer, &surfaces, irradiance);
         let edges = self.edges.all();
         self.samples.trace(bvh, frame, offsets, edges);
         let Self { samples, sources, .. } = self;

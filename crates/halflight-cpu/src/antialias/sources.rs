@@ -87,7 +87,7 @@ impl<'a> Search<'a> {
         let (x, y) = (pixel % width, pixel / width);
         let mut near = self.near[usize::from(offset)].iter().filter_map(|step| {
             let (x, y) = (x.wrapping_add_signed(step.x), y.wrapping_add_signed(step.y));
-            (x < width && y < height).then_some(y * width + x)
+            (x < width && y < height).then(|| y * width + x)
         });
         near.find(|&index| {
             self.surfaces.are_one(Seen { gbuffer: self.gbuffer, entry: index as usize }, sample)

@@ -68,7 +68,7 @@ impl<'a> Layers<'a> {
         let from_behind = seen.normal.dot(d) > 0.0;
         let normal = if from_behind { -seen.normal } else { seen.normal };
         let (mut point, mut shading) = (eye.as_dvec3() + d.as_dvec3() * t, normal);
-        let weights = || barycentric(&corner_weights(seen.corners, eye), d);
+        let weights = || barycentric(&seen.weights, d);
         if let Some(smooth) = seen.smooth {
             let (second, third) = weights();
             let smooth = if from_behind { smooth.reversed() } else { smooth };
@@ -110,6 +110,8 @@ pub(super) struct Surface {
     smooth: Option<SmoothTriangle>,
     albedo: Vec3,
     texture: Option<u32>,
+    /// Weights of the corners, where `smooth` or `texture` take them.
+    weights: [Vec3; 3],
 }
 
 impl Surface {
@@ -124,6 +126,7 @@ impl Surface {
         smooth: None,
         albedo: Vec3::ZERO,
         texture: None,
+        weights: [Vec3::ZERO; 3],
     };
 
     pub(super) fn new(mesh: &Mesh, eye: Vec3, triangle: u32, corners: [Vec3; 3]) -> Self {
@@ -137,6 +140,8 @@ impl Surface {
         let (cross, error) = (plus - minus, (plus.abs() + minus.abs()) * 2f64.powi(-16));
         let distance = cross.dot(away);
         let normal = geometric_normal(corners);
+        let smooth = SmoothTriangle::new(mesh, triangle as usize, normal);
+        let weighted = smooth.is_some() || material.texture.is_some();
         let known = distance.abs() > error.dot(away.abs());
         Self {
             triangle,
@@ -146,9 +151,10 @@ impl Surface {
             error: if known { error } else { DVec3::INFINITY },
             extent: u.abs().max(v.abs()).max((c - b).abs()).max_element() as f32,
             normal,
-            smooth: SmoothTriangle::new(mesh, triangle as usize, normal),
+            smooth,
             albedo: material.albedo,
             texture: material.texture,
+            weights: if weighted { corner_weights(corners, eye) } else { Self::NONE.weights },
         }
     }
 
