@@ -56,6 +56,7 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
     assert_eq!(
         names,
         [
+            "antialias",
             "build_ms",
             "certified",
             "config",
@@ -260,7 +261,8 @@ fn a_refiner_brings_its_upsampler_and_samples_end_the_error_target() {
     let printed = |arguments: &str| place.good(&format!("render {arguments} --print-config"));
     let plain = printed("");
     let library: PipelineConfig = toml::from_str(&plain).unwrap();
-    assert_eq!(library, PipelineConfig::default());
+    // The program antialiases at this quality.
+    assert_eq!(library, PipelineConfig { antialias: 8, ..PipelineConfig::default() });
     assert!(plain.contains("target = 0.0001") || plain.contains("target = 9.99"), "{plain}");
     for (arguments, upsampler) in [
         ("--refiner sfvt-gass", "rbf-robust"),

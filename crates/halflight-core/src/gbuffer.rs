@@ -386,9 +386,12 @@ mod tests {
             GBuffer::from_surfaces(&camera, SIZE, SurfacePoints::Depths(&depths), &normals, None).unwrap();
         let shading = |normal: Vec3| gbuffer.clone().with_shading_normals(&[normal; 12]);
         assert_eq!(shading(Vec3::new(0.6, 0.8, 0.0)).unwrap().shading_normals()[11].x, 0.6);
-        assert_eq!(shading(Vec3::X * 2.0).unwrap_err(), pixel("shading normal", "not of length 1"));
-        let fault = "on the other side of the surface than its normal";
-        assert_eq!(shading(-Vec3::Y).unwrap_err(), pixel("shading normal", fault));
+        let first = (0..12).find(|&pixel| gbuffer.is_receiver(pixel)).unwrap() as u32;
+        let fault_of =
+            |fault| GBufferError::Pixel { layer: "shading normal", x: first % 4, y: first / 4, fault };
+        assert_eq!(shading(Vec3::X * 2.0).unwrap_err(), fault_of("not of length 1"));
+        let other_side = "on the other side of the surface than its normal";
+        assert_eq!(shading(-Vec3::Y).unwrap_err(), fault_of(other_side));
         gbuffer.depth[11] = 0.0;
         assert_eq!(gbuffer.validate().unwrap_err(), pixel("depth", "not in front of the camera"));
     }
