@@ -8,6 +8,9 @@ type Pair = ((&'static str, &'static str), (&'static str, &'static str));
 
 const TARGET: &str = "halflight-cpu/src/refine/target.rs";
 const TANGENT_PLANE: &str = "halflight-cpu/src/tangent_plane.rs";
+const LATTICE: &str = "halflight-cpu/src/refine/lattice/mod.rs";
+const SPLIT_TEST: &str = "halflight-cpu/src/refine/lattice/split_test.rs";
+const DENOISE: &str = "halflight-cpu/src/refine/lattice/denoise.rs";
 const STATS: &str = "halflight-gpu/src/stats.rs";
 
 const PAIRS: &[Pair] = &[
@@ -31,6 +34,13 @@ const PAIRS: &[Pair] = &[
     (("visibility/bvh", "STACK"), ("halflight-gpu/src/hierarchy.rs", "STACK")),
     (("visibility/voxel_space", "LIGHTS"), ("halflight-gpu/src/visibility/voxel.rs", "LIGHTS")),
     (("shared/arguments", "SIDE"), ("halflight-gpu/src/recorder.rs", "SIDE")),
+    (("shared/visible_tolerance", "TOLERANCE_IN_VISIBLE_ERROR"), (LATTICE, "TOLERANCE_IN_VISIBLE_ERROR")),
+    (("shared/visible_tolerance", "LEAST_DEVIATIONS"), (SPLIT_TEST, "DEVIATIONS")),
+    (("shared/visible_tolerance", "FLOOR"), (TARGET, "FLOOR")),
+    (("refine/lattice_smooth", "FROM_ONE"), (DENOISE, "FROM_ONE")),
+    (("refine/lattice_smooth", "FROM_SEVERAL"), (DENOISE, "FROM_SEVERAL")),
+    (("refine/lattice_smooth", "AGREED"), ("halflight-cpu/src/refine/lattice/error_estimate.rs", "AGREED")),
+    (("resolve_smooth", "RISE"), ("halflight-core/src/smooth.rs", "RISE")),
     (("shared/counters", "TALLY"), (STATS, "TALLY")),
     (("shared/counters", "BUCKETS"), (STATS, "BUCKETS")),
     (("shared/counters", "SAMPLES_PER_LEVEL"), (STATS, "SAMPLES_PER_LEVEL")),

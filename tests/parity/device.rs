@@ -72,16 +72,18 @@ impl Bench {
     pub(crate) fn keep(&self, renderer: &Renderer, gbuffer: &GBuffer) {
         let pixels = 0..gbuffer.pixels();
         let position: Vec<[f32; 4]> = pixels
-            .clone()
             .map(|pixel| {
                 let seen = gbuffer.primitive[pixel] != NO_PRIMITIVE;
                 gbuffer.position[pixel].extend(if seen { gbuffer.depth[pixel] } else { -1.0 }).to_array()
             })
             .collect();
-        let normal: Vec<[u32; 4]> = pixels
-            .map(|pixel| {
-                let [x, y, z] = gbuffer.normal[pixel].to_array().map(f32::to_bits);
-                [x, y, z, gbuffer.primitive[pixel]]
+        // Shading normals follow, where the scene has smooth surfaces.
+        let normal: Vec<[u32; 4]> = [&gbuffer.normal, &gbuffer.shading]
+            .into_iter()
+            .flat_map(|normals| normals.iter().zip(&gbuffer.primitive))
+            .map(|(normal, &primitive)| {
+                let [x, y, z] = normal.to_array().map(f32::to_bits);
+                [x, y, z, primitive]
             })
             .collect();
         self.gpu.queue.write_buffer(renderer.position(), 0, bytemuck::cast_slice(&position));

@@ -22,7 +22,7 @@ pub enum Surfaces<'a> {
     #[default]
     Scene,
     /// The caller has filled [`Renderer::position`](crate::Renderer::position) and
-    /// [`Renderer::normal`](crate::Renderer::normal) already.
+    /// [`Renderer::normal`](crate::Renderer::normal) already, shading normals included where the scene has smooth surfaces.
     Kept,
     /// The caller has drawn it, in textures of the image's size that can be bound and need not be filtered. The textures must show
     /// the scene, seen by the camera. Shadow rays start off the surface by 12 units of 2⁻²⁴ of the point's largest coordinate
@@ -82,7 +82,7 @@ impl Gbuffer {
     /// Returns the place of shading normals behind the geometric ones, in pixels; 0 where they are the same.
     pub(crate) fn shading(&self, surfaces: &Surfaces, needs: &Needs) -> u32 {
         match surfaces {
-            Surfaces::Scene if self.resolve_smooth.is_some() => needs.pixels() as u32,
+            Surfaces::Scene | Surfaces::Kept if self.resolve_smooth.is_some() => needs.pixels() as u32,
             _ => 0,
         }
     }

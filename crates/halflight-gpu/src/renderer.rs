@@ -233,7 +233,8 @@ impl Renderer {
 
     /// Geometric unit normals towards the viewer, as the bits of their components, and the triangle's number in the mesh; `u32::MAX`
     /// where nothing is seen. Where triangles are not known, pixels need numbers of their own. In scenes with smooth surfaces, unit shading
-    /// normals of all pixels follow, which a frame of [`Surfaces::Scene`](crate::Surfaces::Scene) is lit by.
+    /// normals of all pixels follow, which frames of [`Surfaces::Scene`](crate::Surfaces::Scene) and [`Surfaces::Kept`](crate::Surfaces::Kept)
+    /// are lit by.
     pub fn normal(&self) -> &wgpu::Buffer {
         &self.buffers[Slot::Normal]
     }

@@ -45,11 +45,11 @@ pub(super) const NOISE_SHARE: f64 = 0.6;
 /// Range of the number of samples along one side of the light. Fewer than 16 samples miss too much; more than
 /// 1,024 have no visible effect.
 const SIDES: std::ops::RangeInclusive<u16> = LEAST_SIDE..=32;
-pub(super) const LEAST_SIDE: u16 = 4;
+const LEAST_SIDE: u16 = 4;
 
 /// Pilot samples along one side. Every receiver gets as many if more than [`ONCE`] are needed; then only
 /// receivers in the penumbra get all samples.
-pub(super) const FIRST: u16 = 8;
+const FIRST: u16 = 8;
 
 /// Most samples along one side that every receiver gets at once. Fully lit receivers and those in umbra cost
 /// little, by packets as by beams, and a second batch costs more. Nor is anything missed between a few first

@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 
 use super::discontinuities::Discontinuities;
 use super::pixel_set::PixelSet;
-use super::target::{FIRST, Neighbours, PilotSample, SamplingPlan, Steps};
+use super::target::{Budget, Neighbours, PilotSample, SamplingPlan, Steps};
 use super::trace_pixels;
 use crate::corners::Corners;
 use crate::tangent_plane::{Between, DiscontinuityLimits, TangentPlanes};
@@ -400,7 +400,7 @@ impl Lattice {
     fn refine_umbra(&mut self, view: &View, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
         // The coarsest corners have pilot samples, whatever the plan.
         let fine = self.plan.fine.len();
-        if fine <= usize::from(FIRST * FIRST) {
+        if fine <= usize::from(Budget::PILOT * Budget::PILOT) {
             return;
         }
         let mut beside = std::mem::take(&mut self.beside);
