@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use halflight_image::ExrFile;
+use halflight_image::{DEFAULT_LAYER, ExrFile, RGB};
 use halflight_lab::program::say;
 use halflight_lab::reference::unlit::unlit;
 use halflight_lab::reference::{ReferenceConfig, reference, seen};
@@ -63,7 +63,10 @@ pub(crate) fn run(args: &Reference) -> Outcome {
     file.add_visibility(&result.visibility);
     match result.radiance.is_empty() {
         true => file.add_light(&result.irradiance, &seen.albedo),
-        false => file.add_resolved_light(&result.irradiance, &result.radiance),
+        // Irradiance of images is that of pixel centres, with which means over sub-samples cannot be compared.
+        false => ["radiance", DEFAULT_LAYER]
+            .into_iter()
+            .for_each(|layer| file.add_vectors(layer, RGB, &result.radiance)),
     }
     file.add_geometry(&seen);
     file.write(&args.out)?;

@@ -51,7 +51,7 @@ impl Experiment {
         let [width, height] = setting.size;
         let own = self.scenes.get(setting.scene).and_then(|choice| choice.reference_samples);
         let ReferenceChoice { samples, seed } = self.reference;
-        ReferenceConfig { width, height, samples: own.unwrap_or(samples), seed, antialias: self.antialias }
+        ReferenceConfig { width, height, samples: own.unwrap_or(samples), seed, antialias: 1 }
     }
 }
 

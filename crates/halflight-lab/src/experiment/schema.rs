@@ -31,7 +31,8 @@ pub struct Experiment {
     /// Seed of the rows.
     #[serde(default)]
     pub seed: u32,
-    /// Sub-samples of pixels that see several surfaces: 1 (off), 4, 8 or 16. References have as many in every pixel.
+    /// Sub-samples of pixels that see several surfaces: 1 (off), 4, 8 or 16. Times include them; errors are those of the irradiance at
+    /// pixel centres, which they do not change.
     #[serde(default = "no_antialiasing")]
     pub antialias: u32,
     /// Reference that the rows are measured against.
