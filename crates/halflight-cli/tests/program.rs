@@ -77,7 +77,17 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
     stages.sort_unstable();
     assert_eq!(
         stages,
-        ["certify", "compose", "gbuffer", "irradiance", "pyramid", "refine", "upsample", "visibility"]
+        [
+            "antialias",
+            "certify",
+            "compose",
+            "gbuffer",
+            "irradiance",
+            "pyramid",
+            "refine",
+            "upsample",
+            "visibility"
+        ]
     );
     let mut rays = keys(&stats["rays"]);
     rays.sort_unstable();

@@ -89,8 +89,8 @@ fn flag_row(gbuffer: &GBuffer, surfaces: &Surfaces, first: usize, flags: &mut [u
 /// Returns whether one of the 3 × 3 pixels around a pixel receives light.
 fn is_lit(irradiance: &[Vec3], width: usize, pixel: usize) -> bool {
     // Neighbours of pixels at the left and right border are some of other rows: these can only add edges.
-    let rows = [pixel.wrapping_sub(width), pixel, pixel + width];
-    let mut near = rows.into_iter().flat_map(|row| [row.wrapping_sub(1), row, row + 1]);
+    let rows = [pixel.wrapping_sub(width), pixel, pixel.wrapping_add(width)];
+    let mut near = rows.into_iter().flat_map(|row| [row.wrapping_sub(1), row, row.wrapping_add(1)]);
     near.any(|near| irradiance.get(near).is_some_and(|&irradiance| irradiance != Vec3::ZERO))
 }
 
