@@ -70,7 +70,7 @@ fn light_samples() {
     let wrong = [
         ["shared/hash", "x ^= x >> 15u;", "x ^= x >> 14u;"],
         ["shared/light", "* (1.0 / 65536.0)", "* (1.0 / 65600.0)"],
-        ["shared/receiver", "position[pixel].xyz, n", "position[pixel].xyz * 1.01, n"],
+        ["shared/receiver", "position[pixel].xyz, s", "position[pixel].xyz * 1.01, s"],
         ["visibility/horizon", "return above == 4u;", "return true;"],
         ["visibility/masks", "if adds_light(receiver, end)", "if true"],
     ];
