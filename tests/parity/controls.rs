@@ -153,7 +153,7 @@ fn the_lattice() {
         ["refine/lattice_classify", "strongest == STEP &&", "strongest == SHADES &&"],
         ["refine/lattice_request", "|| waits(corner);", ";"],
         ["refine/lattice_value", "let fraction = query_fraction(query);", "let fraction = 0.5;"],
-        ["refine/lattice_split_test", "high - low <= frame.error", "high - low <= 2.0 * frame.error"],
+        ["refine/lattice_split_test", "high - low <= tolerance", "high - low <= 2.0 * frame.error"],
         ["refine/lattice_close_cracks", "> 0u && !agrees", "> 9999u && !agrees"],
     ];
     let check = |twins: &Twins| refiners::check_lattice(&bench, twins, Shading::Ratio);
