@@ -78,8 +78,10 @@ impl Bench {
             })
             .collect();
         // Shading normals follow, where the scene has smooth surfaces.
+        let room = renderer.normal().size() as usize / 16 / gbuffer.pixels();
         let normal: Vec<[u32; 4]> = [&gbuffer.normal, &gbuffer.shading]
             .into_iter()
+            .take(room)
             .flat_map(|normals| normals.iter().zip(&gbuffer.primitive))
             .map(|(normal, &primitive)| {
                 let [x, y, z] = normal.to_array().map(f32::to_bits);

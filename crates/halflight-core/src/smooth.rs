@@ -18,6 +18,16 @@ pub struct SmoothTriangle {
     pub normals: [Vec3; 3],
 }
 
+/// Returns true if any triangle of a mesh is smooth.
+pub fn is_smooth(mesh: &Mesh) -> bool {
+    let smooth = |triangle| {
+        let [a, b, c] = mesh.corners(triangle).map(Vec3::as_dvec3);
+        let facet = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+        SmoothTriangle::new(mesh, triangle, facet).is_some()
+    };
+    !mesh.normals.is_empty() && (0..mesh.triangle_count()).any(smooth)
+}
+
 impl SmoothTriangle {
     /// Returns the smooth triangle that `mesh` has at index `triangle`, on the side of the facet's unit normal `facet`; `None` for a flat
     /// one.

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use halflight_core::scene::{Mesh, SRGB_TO_LINEAR};
-use halflight_core::smooth::SmoothTriangle;
+use halflight_core::smooth::{SmoothTriangle, is_smooth};
 
 use crate::bindings::Slot;
 use crate::error::{GpuError, caught};
@@ -31,6 +31,8 @@ pub(crate) struct SceneBuffers {
     hierarchy: Hierarchy,
     /// Number of corners to rasterize.
     pub(crate) vertices: u32,
+    /// True if any surface was smooth at first: those that become so later stay flat.
+    smooth: bool,
     pub(crate) extent: Extent,
 }
 
@@ -66,7 +68,8 @@ impl SceneBuffers {
         let uvs: Vec<[f32; 2]> =
             order.iter().filter(|_| textured).flat_map(|&t| mesh.triangles[t as usize].map(uv)).collect();
         let (materials, texels) = materials(mesh);
-        let normals = corner_normals(mesh, order);
+        let smooth = is_smooth(mesh);
+        let normals = corner_normals(mesh, order, smooth);
         let contents: [(Slot, &[u8]); 7] = [
             (Slot::Nodes, bytemuck::cast_slice(hierarchy.nodes())),
             (Slot::Triangles, bytemuck::cast_slice(&triangles)),
@@ -84,7 +87,7 @@ impl SceneBuffers {
         };
         let slots = caught(&memory.device, GpuError::Memory, || contents.iter().map(upload).collect())?;
         let vertices = 3 * order.len() as u32;
-        Ok(Self { slots, vertices, extent: Extent::of(mesh), hierarchy })
+        Ok(Self { slots, vertices, smooth, extent: Extent::of(mesh), hierarchy })
     }
 
     /// Records the same triangles in other places: the BVH is refitted, and written with the triangles to the buffers there are.
@@ -100,7 +103,7 @@ impl SceneBuffers {
         // Boxes belong to no mesh if the rest fails; the next call makes all of them anew.
         self.hierarchy.refit(mesh);
         let order = self.hierarchy.order();
-        let (triangles, normals) = (corners(mesh, order), corner_normals(mesh, order));
+        let (triangles, normals) = (corners(mesh, order), corner_normals(mesh, order, self.smooth));
         let contents: [(Slot, &[u8]); 3] = [
             (Slot::Nodes, bytemuck::cast_slice(self.hierarchy.nodes())),
             (Slot::Triangles, bytemuck::cast_slice(&triangles)),
@@ -128,15 +131,15 @@ fn corners(mesh: &Mesh, order: &[u32]) -> Vec<[f32; 4]> {
     order.iter().flat_map(corners).collect()
 }
 
-/// Returns the shading normals of the corners of triangles, on the side of their unit normals; zero for flat triangles. Empty for a mesh without
-/// normals.
-fn corner_normals(mesh: &Mesh, order: &[u32]) -> Vec<[f32; 4]> {
+/// Returns the shading normals of the corners of triangles, on the side of their unit normals; zero for flat triangles. Empty for a scene
+/// without smooth surfaces.
+fn corner_normals(mesh: &Mesh, order: &[u32], smooth: bool) -> Vec<[f32; 4]> {
     let normals = |&triangle: &u32| {
         let smooth = SmoothTriangle::new(mesh, triangle as usize, facet_normal(mesh, triangle));
         let normals = smooth.map_or([Vec3::ZERO; 3], |smooth| smooth.normals);
         normals.map(|normal| normal.extend(0.0).to_array())
     };
-    order.iter().filter(|_| !mesh.normals.is_empty()).flat_map(normals).collect()
+    order.iter().filter(|_| smooth).flat_map(normals).collect()
 }
 
 fn facet_normal(mesh: &Mesh, triangle: u32) -> Vec3 {

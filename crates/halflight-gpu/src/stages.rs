@@ -3,6 +3,7 @@
 use halflight_core::light::AreaLight;
 use halflight_core::pattern::Pattern;
 use halflight_core::scene::Mesh;
+use halflight_core::smooth::is_smooth;
 use halflight_cpu::config::PipelineConfig;
 use halflight_cpu::pipeline::{MAX_SIZE, PipelineError};
 
@@ -37,7 +38,7 @@ impl Stages {
         let upsample = Upsample::new(compiler, config)?;
         let visibility = backend(compiler, mesh.triangle_count(), config)?;
         Ok(Self {
-            gbuffer: Gbuffer::new(compiler, !mesh.normals.is_empty())?,
+            gbuffer: Gbuffer::new(compiler, is_smooth(mesh))?,
             refiner,
             tracer: Tracer::new(compiler, visibility, config.shading)?,
             upsample,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use halflight_core::scene::{Material, Mesh, Scene};
-use halflight_core::smooth::SmoothTriangle;
+use halflight_core::smooth::is_smooth;
 
 use crate::clean::drop_zero_area;
 use crate::context::{Context, MAX_COUNT};
@@ -176,12 +176,7 @@ fn smooth_normals(mesh: &mut Mesh, smooth: Smooth) -> usize {
             return 0;
         }
     };
-    let is_smooth = |triangle| {
-        let [a, b, c] = mesh.corners(triangle).map(Vec3::as_dvec3);
-        let facet = (b - a).cross(c - a).normalize_or_zero().as_vec3();
-        SmoothTriangle::new(mesh, triangle, facet).is_some()
-    };
-    if !(0..mesh.triangle_count()).any(is_smooth) {
+    if !is_smooth(mesh) {
         mesh.normals.clear();
     }
     computed
