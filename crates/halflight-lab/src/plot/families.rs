@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn each_family_has_one_front_and_dots_behind() {
-        let mut rows = vec![
+        let mut rows = [
             finished("lattice", "lattice", 10.0, 1e-4),
             finished("nichols", "bilinear", 5.0, 1e-2),
             finished("nichols", "delaunay", 9.0, 1e-2),
