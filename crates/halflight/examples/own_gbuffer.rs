@@ -108,7 +108,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gbuffer =
         GBuffer::from_surfaces(&camera, SIZE, SurfacePoints::Positions(&points), &normals, Some(&albedo))?;
 
-    // A tenth of the default error target: penumbras without noise that could be seen.
+    // A tenth of the default quality's error target: penumbras without noise that could be seen.
     let refiner = Lattice::new(LatticeConfig { target: 1e-5, ..LatticeConfig::default() });
     let mut pipeline = Pipeline::builder(&scene).size(SIZE.0, SIZE.1).refiner(refiner).build()?;
     let image = pipeline.render_gbuffer(&gbuffer)?;

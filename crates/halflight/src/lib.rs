@@ -2,8 +2,8 @@
 //!
 #![doc = include_str!("picture.md")]
 //!
-//! Light is direct, surfaces are diffuse, lights are parallelograms of uniform radiance. A frame comes down to an error target
-//! ([`PipelineConfig`](config::PipelineConfig), [`DEFAULT_TARGET`](config::DEFAULT_TARGET)) instead of a number of samples.
+//! Light is direct, surfaces are diffuse, lights are parallelograms of uniform radiance. A frame comes down to an error target or a
+//! [`Quality`](config::Quality) ([`PipelineConfig`](config::PipelineConfig)) instead of a number of samples.
 //!
 //! # Example
 //!
