@@ -17,10 +17,10 @@ fn corner(@builtin(vertex_index) vertex: u32) -> Corner {
     // Coordinates along the pixel axes and along the view direction.
     let right = frame.right * f32(frame.width) * 0.5;
     let down = frame.down * f32(frame.height) * 0.5;
-    let ahead = frame.corner + right + down;
-    let z = dot3(point, ahead);
-    let x = dot3(point, right) / dot3(right, right);
-    let y = -dot3(point, down) / dot3(down, down);
+    let z = dot3(point, forward());
+    let place = off_centre() / vec2(f32(frame.width) * 0.5, f32(frame.height) * 0.5);
+    let x = dot3(point, right) / dot3(right, right) + place.x * z;
+    let y = -(dot3(point, down) / dot3(down, down) + place.y * z);
     return Corner(vec4(x, y, frame.scene_size * NEAR, z), vertex / 3u);
 }
 

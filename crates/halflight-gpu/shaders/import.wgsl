@@ -20,10 +20,8 @@ fn take(@builtin(global_invocation_id) at: vec3<u32>) {
         return;
     }
     let d = frame.corner + frame.right * (f32(at.x) + 0.5) + frame.down * (f32(at.y) + 0.5);
-    let middle = vec2(f32(frame.width), f32(frame.height)) * 0.5;
-    let ahead = frame.corner + frame.right * middle.x + frame.down * middle.y;
     let point = select(given.xyz, frame.eye + d * given.x, DEPTH);
-    let depth = select(dot3(given.xyz - frame.eye, ahead), given.x, DEPTH);
+    let depth = select(dot3(given.xyz - frame.eye, forward()), given.x, DEPTH);
     position[pixel] = vec4(point + up * offset_at(point, depth), depth);
     // Triangles are unknown: every pixel gets a surface of its own, and surfaces are compared by position.
     normal[pixel] = vec4(bitcast<vec3<u32>>(up), pixel);

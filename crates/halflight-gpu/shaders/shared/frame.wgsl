@@ -130,3 +130,23 @@ fn dot3(a: vec3<f32>, b: vec3<f32>) -> f32 {
 fn cross3(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
     return vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
+
+// Direction through the middle of the image: unit length along the view direction, beside it where the view is off-centre.
+fn middle_direction() -> vec3<f32> {
+    return frame.corner + frame.right * (f32(frame.width) * 0.5) + frame.down * (f32(frame.height) * 0.5);
+}
+
+// Place of the view direction in the image: pixels right of the middle, and below it.
+fn off_centre() -> vec2<f32> {
+    let middle = middle_direction();
+    return -vec2(
+        dot3(middle, frame.right) / dot3(frame.right, frame.right),
+        dot3(middle, frame.down) / dot3(frame.down, frame.down),
+    );
+}
+
+// Unit view direction.
+fn forward() -> vec3<f32> {
+    let place = off_centre();
+    return middle_direction() + frame.right * place.x + frame.down * place.y;
+}
