@@ -134,7 +134,6 @@ fn both_sides_of_a_light_in_a_surface_shine() {
     let mesh = Arc::make_mut(&mut scene.mesh);
     let corners = [(-4.0, -4.0), (-4.0, 4.0), (4.0, 4.0), (4.0, -4.0)];
     mesh.positions.extend(corners.map(|(x, z)| Vec3::new(x, 4.0, z)));
-    mesh.normals.extend([Vec3::NEG_Y; 4]);
     mesh.uvs.extend([halflight::glam::Vec2::ZERO; 4]);
     let first = mesh.positions.len() as u32 - 4;
     mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
