@@ -5,13 +5,13 @@ use plotters::style::text_anchor::HPos;
 
 use super::axis::{Axis, short};
 use super::canvas::{Canvas, Drawn, INK, NOISE};
-use super::chart::{Chart, Mark, Scale, Shape};
+use super::chart::{Chart, Mark, Scale};
 use super::drawing::Drawing;
 use super::key::{key, tags};
 use super::layout::Layout;
+use super::shape::{FRONT, mark};
 
 const GRID: RGBColor = RGBColor(228, 228, 228);
-pub(super) const FRONT: RGBColor = RGBColor(120, 120, 120);
 
 impl Drawing for Chart {
     fn title(&self) -> &str {
@@ -87,33 +87,6 @@ fn draw<DB: DrawingBackend>(canvas: &Canvas<DB>, chart: &Chart) -> Drawn<DB> {
     }
     tags(canvas, chart, &place)?;
     key(canvas, chart)
-}
-
-/// Returns the corners of a regular polygon.
-fn around((x, y): (i32, i32), corners: i32, radius: f64) -> Vec<(i32, i32)> {
-    let corner = |step: i32| {
-        let angle = f64::from(step) * std::f64::consts::TAU / f64::from(corners);
-        (x + (radius * angle.cos()).round() as i32, y + (radius * angle.sin()).round() as i32)
-    };
-    (0..corners).map(corner).collect()
-}
-
-/// Draws a mark about a point.
-pub(super) fn mark<DB: DrawingBackend>(canvas: &Canvas<DB>, (x, y): (i32, i32), mark: Mark) -> Drawn<DB> {
-    let color = mark.color();
-    let outline: Vec<(i32, i32)> = match mark.shape {
-        Shape::Circle => around((x, y), 20, 6.0),
-        Shape::Hexagon => around((x, y), 6, 6.0),
-        Shape::Dot => around((x, y), 12, 3.0),
-        Shape::Triangle => vec![(x, y - 7), (x + 7, y + 6), (x - 7, y + 6)],
-        Shape::Wedge => vec![(x, y + 7), (x + 7, y - 6), (x - 7, y - 6)],
-        Shape::Square => vec![(x - 5, y - 5), (x + 5, y - 5), (x + 5, y + 5), (x - 5, y + 5)],
-        Shape::Diamond => vec![(x, y - 7), (x + 7, y), (x, y + 7), (x - 7, y)],
-    };
-    let fill = if mark.filled { color } else { WHITE };
-    canvas.polygon(outline.clone(), fill)?;
-    let closed: Vec<(i32, i32)> = outline.iter().chain(outline.first()).copied().collect();
-    canvas.line(closed, color, 2)
 }
 
 impl Mark {

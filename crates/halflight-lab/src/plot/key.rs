@@ -5,8 +5,8 @@ use plotters::style::text_anchor::HPos;
 
 use super::canvas::{Canvas, Drawn, INK};
 use super::chart::{Chart, Shape};
-use super::draw::{FRONT, mark};
 use super::layout::{KeyPlace, Layout};
+use super::shape::{FRONT, mark};
 
 /// Width of a letter, in parts of its height; on the safe side.
 const LETTER: f64 = 0.5;

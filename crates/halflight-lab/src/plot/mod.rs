@@ -15,6 +15,7 @@ mod key;
 mod layout;
 mod marks;
 pub mod scaling;
+mod shape;
 pub mod sweep;
 
 pub use bars::{Bar, Bars};
