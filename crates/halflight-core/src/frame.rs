@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::gbuffer::GBuffer;
 use crate::hash;
 use crate::light::AreaLight;
+use crate::light_texture::Picture;
 use crate::pattern::{Pattern, PatternError, PatternKind};
 use crate::pyramid::Pyramid;
 use crate::scene::Scene;
@@ -72,6 +73,12 @@ impl Frame<'_> {
     #[inline]
     pub fn light(&self, index: u32) -> &AreaLight {
         &self.scene.lights[index as usize]
+    }
+
+    /// Picture of the light with this index; none for a uniform light.
+    #[inline]
+    pub fn picture(&self, index: u32) -> Option<Picture<'_>> {
+        self.scene.picture(self.light(index))
     }
 
     /// Pattern key for the receiver at `pixel` in the fragment whose own key number is `fragment`, by the frame's

@@ -12,6 +12,7 @@ pub mod frame;
 pub mod gbuffer;
 pub mod hash;
 pub mod light;
+pub mod light_texture;
 pub mod limits;
 pub mod mask;
 pub mod pattern;

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 use crate::limits::MAX_COORDINATE;
 
-/// Surface that emits a uniform radiance along its normal.
+/// Surface that emits along its normal: a uniform radiance, or one times a picture.
 ///
 /// A light is not geometry: it casts no shadow and the camera does not see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +15,17 @@ pub struct AreaLight {
     pub radiance: Vec3,
     /// True if the back emits as well.
     pub two_sided: bool,
+    /// Picture that the radiance is multiplied with; none for a uniform light.
+    pub texture: Option<TexturePlace>,
+}
+
+/// Picture of a light, by its place in [`Scene::light_textures`](crate::scene::Scene::light_textures).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TexturePlace {
+    /// Index of the picture.
+    pub index: u32,
+    /// True if its first coordinate runs along the second one of the light's unit square, and its second along the first.
+    pub transposed: bool,
 }
 
 /// Shape of a light.
@@ -75,6 +86,16 @@ pub enum LightError {
         /// Index of the light in the scene.
         index: usize,
     },
+    /// The scene has no picture with the light's index.
+    #[error("light {index} has picture {texture}, but the scene has only {count}")]
+    Texture {
+        /// Index of the light in the scene.
+        index: usize,
+        /// Index of the picture.
+        texture: u32,
+        /// Number of pictures of the scene.
+        count: usize,
+    },
     /// Radiance below zero.
     #[error("light {index} has a negative radiance")]
     Negative {
@@ -87,13 +108,19 @@ impl AreaLight {
     /// Creates a parallelogram that emits along `cross(edge_u, edge_v)`; see [`Parallelogram`].
     pub const fn parallelogram(corner: Vec3, edge_u: Vec3, edge_v: Vec3, radiance: Vec3) -> Self {
         let shape = Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v });
-        Self { shape, radiance, two_sided: false }
+        Self { shape, radiance, two_sided: false, texture: None }
     }
 
     /// Lets the back emit as well.
     #[must_use]
     pub const fn two_sided(self) -> Self {
         Self { two_sided: true, ..self }
+    }
+
+    /// Multiplies the radiance with the picture at `index` in [`Scene::light_textures`](crate::scene::Scene::light_textures).
+    #[must_use]
+    pub const fn textured(self, index: u32) -> Self {
+        Self { texture: Some(TexturePlace { index, transposed: false }), ..self }
     }
 
     /// Parallelogram that contains the light.
@@ -210,15 +237,16 @@ impl AreaLight {
         }
     }
 
-    /// Light that emits from its other side.
+    /// Light that emits from its other side. Every point keeps its radiance, so that a picture is mirrored.
     #[must_use]
     pub fn reversed(&self) -> Self {
+        let transpose = |place: TexturePlace| TexturePlace { transposed: !place.transposed, ..place };
         let shape = match self.shape {
             Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v }) => {
                 Shape::Parallelogram(Parallelogram { corner, edge_u: edge_v, edge_v: edge_u })
             }
         };
-        Self { shape, ..*self }
+        Self { shape, texture: self.texture.map(transpose), ..*self }
     }
 
     /// Checks that the light is finite and in range, has an area and does not emit negative radiance.

@@ -5,7 +5,8 @@ use std::sync::{Arc, LazyLock};
 use glam::{Vec2, Vec3};
 
 pub use crate::camera::Camera;
-use crate::light::AreaLight;
+use crate::light::{AreaLight, LightError};
+use crate::light_texture::{LightTexture, Picture};
 pub use crate::limits::{MAX_COORDINATE, MIN_DIAGONAL};
 
 /// A scene: one triangle mesh, its lights and the camera that looks at it.
@@ -17,8 +18,37 @@ pub struct Scene {
     pub mesh: Arc<Mesh>,
     /// The area lights. They are not geometry: they cast no shadow and the camera does not see them.
     pub lights: Vec<AreaLight>,
+    /// Pictures that lights refer to.
+    pub light_textures: Vec<Arc<LightTexture>>,
     /// The camera.
     pub camera: Camera,
+}
+
+impl Scene {
+    /// Picture of a light; none for a uniform one.
+    #[inline]
+    pub fn picture(&self, light: &AreaLight) -> Option<Picture<'_>> {
+        let place = light.texture?;
+        let texture = self.light_textures.get(place.index as usize)?;
+        Some(Picture { texture, transposed: place.transposed })
+    }
+
+    /// Checks that the lights can be used and that their pictures exist.
+    ///
+    /// # Errors
+    /// The first fault found.
+    pub fn validate_lights(&self) -> Result<(), LightError> {
+        let count = self.light_textures.len();
+        self.lights.iter().enumerate().try_for_each(|(index, light)| {
+            light.validate(index)?;
+            match light.texture {
+                Some(place) if place.index as usize >= count => {
+                    Err(LightError::Texture { index, texture: place.index, count })
+                }
+                _ => Ok(()),
+            }
+        })
+    }
 }
 
 /// Indexed triangles with per-vertex attributes and per-triangle materials.
