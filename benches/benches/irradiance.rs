@@ -29,7 +29,7 @@ fn bench(c: &mut Criterion) {
                     &frame,
                     pipeline.fragments(),
                     Shading::Ratio,
-                    &[],
+                    &halflight::stages::RefineOutput::default(),
                     &mut values,
                 );
             });

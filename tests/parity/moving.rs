@@ -128,7 +128,7 @@ fn moved_vertices_are_those_of_a_new_renderer() {
 }
 
 fn with_mesh(scene: &Scene, mesh: Mesh) -> Scene {
-    Scene { mesh: std::sync::Arc::new(mesh), lights: scene.lights.clone(), camera: scene.camera }
+    Scene { mesh: std::sync::Arc::new(mesh), ..scene.clone() }
 }
 
 fn update(bench: &Bench, renderer: &mut Renderer, positions: &[Vec3]) -> Result<(), GpuError> {

@@ -50,7 +50,13 @@ pub(crate) fn values(twins: &Twins, shading: Shading) -> Values {
         seed: 0,
     };
     let mut values = Values::default();
-    irradiance::evaluate(&frame, twins.cpu.fragments(), shading, &[], &mut values);
+    irradiance::evaluate(
+        &frame,
+        twins.cpu.fragments(),
+        shading,
+        &halflight::stages::RefineOutput::default(),
+        &mut values,
+    );
     values
 }
 

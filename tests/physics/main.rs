@@ -6,4 +6,5 @@ mod flush_lights;
 mod half_plane;
 mod open_floor;
 mod smooth_sphere;
+mod textured_lights;
 mod unshadowed;

@@ -41,7 +41,8 @@ fn error(mesh: Mesh) -> (f32, usize) {
     let light = AreaLight::parallelogram(corner, Vec3::X * 1.5, Vec3::Z * 1.5, Vec3::ONE);
     let camera =
         Camera { eye: Vec3::new(0.0, 1.5, 6.0), target: Vec3::ZERO, fov_y_deg: 22.0, ..Camera::default() };
-    let stage = Stage::new(Scene { mesh: mesh.into(), lights: vec![light], camera }).unwrap();
+    let stage =
+        Stage::new(Scene { mesh: mesh.into(), lights: vec![light], camera, ..Scene::default() }).unwrap();
     let config = PipelineConfig {
         width: 120,
         height: 120,

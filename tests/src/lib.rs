@@ -92,6 +92,7 @@ pub fn blocker_over_floor() -> Scene {
             fov_y_deg: 50.0,
             ..Camera::default()
         },
+        ..Scene::default()
     }
 }
 
@@ -156,7 +157,7 @@ impl Room {
             fov_y_deg: 40.0,
             ..Camera::default()
         };
-        Scene { mesh: Arc::new(mesh), lights: vec![light], camera }
+        Scene { mesh: Arc::new(mesh), lights: vec![light], camera, ..Scene::default() }
     }
 }
 

@@ -1,12 +1,14 @@
 //! The last stage: interpolated values to irradiance, summed over the lights.
 
 use glam::Vec3;
+use halflight_core::frame::Frame;
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::light::AreaLight;
 use halflight_core::values::Values;
 use rayon::prelude::*;
 
 use crate::irradiance::Shading;
+use crate::textured::SeenPicture;
 use crate::unshadowed::unshadowed_many;
 
 /// Pixels that are composed together.
@@ -27,21 +29,32 @@ pub(crate) fn luminance(rgb: Vec3) -> f32 {
 }
 
 /// Adds one light's share to `image`: `planes` holds irradiance per unit radiance, or the visible fraction that the
-/// analytic irradiance is multiplied with. Three channels are factors of red, green and blue; otherwise the first is a factor of
-/// the whole radiance. `totals`, where wanted, has been sized to the image.
+/// analytic irradiance is multiplied with, and the mean of the light's picture where it has one. Three channels are factors of red, green and
+/// blue; otherwise the first is a factor of the whole radiance. `totals`, where wanted, has been sized to the image.
 pub(crate) fn add_light(
-    gbuffer: &GBuffer,
-    light: &AreaLight,
+    frame: &Frame,
+    number: u32,
     shading: Shading,
     planes: &Values,
     image: &mut [Vec3],
     totals: Option<&mut Totals>,
 ) {
     let channel = |channel| planes.channel(channel);
+    let (gbuffer, light) = (frame.gbuffer, frame.light(number));
+    let picture = frame.picture(number).map(|picture| SeenPicture::new(light, &picture));
+    let lit = Lit { gbuffer, light, shading, picture: picture.as_ref() };
     match planes.channels() {
-        3 => add_planes(gbuffer, light, shading, [channel(0), channel(1), channel(2)], image, totals),
-        _ => add_planes(gbuffer, light, shading, [channel(0)], image, totals),
+        3 => lit.add_planes([channel(0), channel(1), channel(2)], image, totals),
+        _ => lit.add_planes([channel(0)], image, totals),
     }
+}
+
+/// Surfaces and the light that they receive.
+struct Lit<'a> {
+    gbuffer: &'a GBuffer,
+    light: &'a AreaLight,
+    shading: Shading,
+    picture: Option<&'a SeenPicture>,
 }
 
 /// Radiance times one factor, or one for each of its channels, and the luminance of that.
@@ -56,56 +69,79 @@ fn scaled<const N: usize>(radiance: Vec3, luminance_of_radiance: f32, factors: [
     }
 }
 
-fn add_planes<const N: usize>(
-    gbuffer: &GBuffer,
-    light: &AreaLight,
-    shading: Shading,
-    planes: [&[f32]; N],
-    image: &mut [Vec3],
-    totals: Option<&mut Totals>,
-) {
-    let radiance = light.radiance;
-    let luminance = luminance(radiance);
-    let needs_unshadowed = shading == Shading::Ratio || totals.is_some();
-    let block = |first: usize, image: &mut [Vec3], totals: Option<(&mut [f32], &mut [f32])>| {
+impl Lit<'_> {
+    fn add_planes<const N: usize>(
+        &self,
+        planes: [&[f32]; N],
+        image: &mut [Vec3],
+        totals: Option<&mut Totals>,
+    ) {
+        let block = |first: usize, image: &mut [Vec3], totals: Option<(&mut [f32], &mut [f32])>| {
+            self.add_block(first, planes, image, totals);
+        };
+        let image = image.par_chunks_mut(BLOCK).enumerate();
+        match totals {
+            None => image.for_each(|(index, image)| block(index * BLOCK, image, None)),
+            Some(totals) => image
+                .zip(totals.unshadowed.par_chunks_mut(BLOCK).zip(totals.visible.par_chunks_mut(BLOCK)))
+                .for_each(|((index, image), (unshadowed, visible))| {
+                    block(index * BLOCK, image, Some((unshadowed, visible)));
+                }),
+        }
+    }
+
+    /// Adds the light of up to [`BLOCK`] pixels from `first` on.
+    fn add_block<const N: usize>(
+        &self,
+        first: usize,
+        planes: [&[f32]; N],
+        image: &mut [Vec3],
+        totals: Option<(&mut [f32], &mut [f32])>,
+    ) {
+        let Self { gbuffer, light, shading, picture } = *self;
         let pixels = first..first + image.len();
         let planes = planes.map(|plane| &plane[pixels.clone()]);
-        let mut irradiance = [0.0f32; BLOCK];
         // In the umbra it does not matter how much light there would be.
         let dark = totals.is_none() && planes.iter().all(|plane| plane.iter().all(|&value| value == 0.0));
         if dark {
             return;
         }
-        if needs_unshadowed {
+        let mut irradiance = [0.0f32; BLOCK];
+        let (origins, normals) = (&gbuffer.position[pixels.clone()], &gbuffer.shading_normals()[pixels]);
+        if shading == Shading::Ratio || totals.is_some() {
             // Pixels that see nothing have a zero normal and no irradiance.
-            let (origins, normals) = (&gbuffer.position[pixels.clone()], &gbuffer.shading_normals()[pixels]);
             unshadowed_many(light, origins, normals, &mut irradiance[..image.len()]);
         }
-        let share = |lane: usize| {
-            let factors = planes.map(|plane| match shading {
-                Shading::Sampled => plane[lane],
-                Shading::Ratio => irradiance[lane] * plane[lane],
-            });
-            scaled(radiance, luminance, factors)
+        let uniform = (light.radiance, luminance(light.radiance));
+        let mut pictures = [Vec3::ONE; BLOCK];
+        if let Some(picture) = picture {
+            picture.seen(origins, normals, &mut pictures[..image.len()]);
+        }
+        // Radiance without occluders, and its luminance.
+        let seen = |lane: usize| match picture {
+            None => uniform,
+            Some(_) => {
+                let radiance = light.radiance * pictures[lane];
+                (radiance, luminance(radiance))
+            }
+        };
+        let share = |lane: usize| match shading {
+            // Sampled irradiance has the texels in it.
+            Shading::Sampled => scaled(uniform.0, uniform.1, planes.map(|plane| plane[lane])),
+            Shading::Ratio => {
+                let (radiance, luminance) = seen(lane);
+                scaled(radiance, luminance, planes.map(|plane| irradiance[lane] * plane[lane]))
+            }
         };
         if let Some((unshadowed, visible)) = totals {
             for lane in 0..image.len() {
-                unshadowed[lane] += luminance * irradiance[lane];
+                unshadowed[lane] += seen(lane).1 * irradiance[lane];
                 visible[lane] += share(lane).1;
             }
         }
         for (lane, pixel) in image.iter_mut().enumerate() {
             *pixel += share(lane).0;
         }
-    };
-    let image = image.par_chunks_mut(BLOCK).enumerate();
-    match totals {
-        None => image.for_each(|(index, image)| block(index * BLOCK, image, None)),
-        Some(totals) => image
-            .zip(totals.unshadowed.par_chunks_mut(BLOCK).zip(totals.visible.par_chunks_mut(BLOCK)))
-            .for_each(|((index, image), (unshadowed, visible))| {
-                block(index * BLOCK, image, Some((unshadowed, visible)));
-            }),
     }
 }
 
@@ -148,9 +184,21 @@ mod tests {
     fn composed(shading: Shading, planes: &Values) -> (Vec<Vec3>, Totals) {
         let mut image = vec![Vec3::splat(0.25); PIXELS];
         let mut totals = Totals { unshadowed: vec![0.0; PIXELS], visible: vec![0.0; PIXELS] };
-        add_light(&floor(), &light(), shading, planes, &mut image, Some(&mut totals));
+        let (gbuffer, light) = (floor(), light());
+        let lit = Lit { gbuffer: &gbuffer, light: &light, shading, picture: None };
         let mut plain = vec![Vec3::splat(0.25); PIXELS];
-        add_light(&floor(), &light(), shading, planes, &mut plain, None);
+        let channel = |channel| planes.channel(channel);
+        match planes.channels() {
+            3 => {
+                let planes = [0, 1, 2].map(channel);
+                lit.add_planes(planes, &mut image, Some(&mut totals));
+                lit.add_planes(planes, &mut plain, None);
+            }
+            _ => {
+                lit.add_planes([channel(0)], &mut image, Some(&mut totals));
+                lit.add_planes([channel(0)], &mut plain, None);
+            }
+        }
         assert_eq!(image, plain);
         (image, totals)
     }

@@ -4,7 +4,6 @@
 //! Positions of light and surface are rounded independently. The surface therefore lies a few units in the
 //! last place in front of the light or behind it, and would hide all, some or none of it by chance. One rule
 //! holds for every visibility backend on the CPU and on the GPU alike:
-//! backend on the CPU and on the GPU alike:
 //!
 //! - A light is flush with a triangle if all of the triangle that lies over the light, seen along the light's
 //!   normal, is within [`FLUSH`] times the largest coordinate of both from the light's plane: 16 to 32 units
@@ -53,7 +52,7 @@ impl fmt::Display for FlushLight {
 }
 
 /// Returns a scene's lights, moved off the triangles that they are flush with, and which these are. Without a BVH, all
-/// triangles are tested.
+/// triangles are tested. Lights with a picture of one colour become uniform lights.
 pub fn separate_lights(scene: &Scene, bvh: Option<&Bvh>) -> (Vec<AreaLight>, Vec<FlushLight>) {
     let mesh = &scene.mesh;
     let size = |p: &Vec3| p.abs().max_element();
@@ -70,6 +69,15 @@ pub fn separate_lights(scene: &Scene, bvh: Option<&Bvh>) -> (Vec<AreaLight>, Vec
     })
 }
 
+/// Light without its picture if that has one colour.
+fn with_uniform_picture(scene: &Scene, light: AreaLight) -> AreaLight {
+    let texture = light.texture.and_then(|place| scene.light_textures.get(place.index as usize));
+    match texture.and_then(|texture| texture.uniform()) {
+        Some(factor) => AreaLight { radiance: light.radiance * factor, texture: None, ..light },
+        None => light,
+    }
+}
+
 /// Separates the lights of a scene. `candidates` returns at least the triangles whose boxes touch a box.
 fn separate_from(
     scene: &Scene,
@@ -78,6 +86,7 @@ fn separate_from(
 ) -> (Vec<AreaLight>, Vec<FlushLight>) {
     let (mut lights, mut flush) = (Vec::with_capacity(scene.lights.len()), Vec::new());
     for (number, light) in (0..).zip(&scene.lights) {
+        let light = &with_uniform_picture(scene, *light);
         let Some(plane) = Plane::new(light) else {
             lights.push(*light);
             continue;

@@ -4,13 +4,16 @@ use glam::Vec3;
 use halflight_core::fragment::{Fragments, Sample};
 use halflight_core::frame::Frame;
 use halflight_core::light::AreaLight;
+use halflight_core::light_texture::Picture;
 use halflight_core::mask::MaskBatch;
+use halflight_core::stages::RefineOutput;
 use halflight_core::values::{NO_VALUE, Values};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::samples::{LANES, facing, geometry_terms, points};
 use crate::simd::{Isa, Kernel, Lanes, Simd};
+use crate::textured::StrataTable;
 use crate::vector::Vector;
 
 /// Quantity that is computed at the samples and interpolated between them.
@@ -146,9 +149,122 @@ pub fn fraction(light: &AreaLight, batch: &MaskBatch, query: usize) -> Option<f3
     }
 }
 
-/// Computes the value of every sample, in one channel. `known` are the visible fractions of the first of them, [`NO_VALUE`] where
+/// Sums over the visible samples of a light with a picture, over queries that have been answered: the geometry term, 1/m², times the texel that
+/// the sample lies on; and the number of all samples, those below a horizon included.
+pub fn picture_sums(
+    light: &AreaLight,
+    picture: &Picture,
+    batch: &MaskBatch,
+    first: usize,
+    count: usize,
+) -> (Vec3, u32) {
+    let (normal, pattern) = (light.normal(), batch.pattern());
+    let (mut sum, mut asked) = (Vec3::ZERO, 0);
+    for index in first..first + count {
+        let query = &batch.queries()[index];
+        asked += query.asked;
+        let Some(facing) = facing(light, normal, query.origin) else { continue };
+        for (word, (&wanted, &visible)) in batch.wanted(index).iter().zip(batch.visible(index)).enumerate() {
+            let mut seen = wanted & visible;
+            while seen != 0 {
+                let sample = word * 64 + seen.trailing_zeros() as usize;
+                seen &= seen - 1;
+                let uv = pattern.position(sample, query.key);
+                let to = light.point(uv) - query.origin;
+                let squared = to.length_squared();
+                if squared > 0.0 {
+                    let term = to.dot(query.normal).max(0.0) * (-to.dot(facing)).max(0.0);
+                    sum += picture.at(uv) * (term / (squared * squared));
+                }
+            }
+        }
+    }
+    (sum, asked)
+}
+
+/// Irradiance of red, green and blue per radiance of a light with a picture, over queries that have been answered.
+pub fn sampled_picture(
+    light: &AreaLight,
+    picture: &Picture,
+    batch: &MaskBatch,
+    first: usize,
+    count: usize,
+) -> Vec3 {
+    let (sum, asked) = picture_sums(light, picture, batch, first, count);
+    if asked == 0 { Vec3::ZERO } else { sum * (light.area() / asked as f32) }
+}
+
+/// Computes the value of every sample: in one channel, or in three where the light has a picture. `known` are what the refiner has found
+/// of the first of them.
+pub fn evaluate(
+    frame: &Frame,
+    fragments: &Fragments,
+    shading: Shading,
+    known: &RefineOutput,
+    values: &mut Values,
+) {
+    match frame.picture(fragments.light()) {
+        None => evaluate_uniform(frame, fragments, shading, known.fractions, values),
+        Some(picture) => evaluate_picture(frame, fragments, shading, &picture, known, values),
+    }
+}
+
+fn evaluate_picture(
+    frame: &Frame,
+    fragments: &Fragments,
+    shading: Shading,
+    picture: &Picture,
+    known: &RefineOutput,
+    values: &mut Values,
+) {
+    let (light, samples) = (frame.light(fragments.light()), fragments.samples());
+    // Refiners that know one fraction only have it for all channels.
+    let found = |index: usize| match known.colours.get(index) {
+        Some(&colours) => Some(colours),
+        None => known.fractions.get(index).map(|&fraction| [fraction; 3]),
+    };
+    let all = known.colours.len().max(known.fractions.len());
+    let mut table = StrataTable::default();
+    if all < samples.len() && shading == Shading::Ratio {
+        fragments.batches().iter().for_each(|batch| table.add(picture, light.radiance, batch.pattern()));
+    }
+    let value = |(index, sample): (usize, &Sample)| {
+        if let Some(known) = found(index).filter(|_| shading == Shading::Ratio) {
+            return known;
+        }
+        let nothing = if shading == Shading::Sampled { 0.0 } else { NO_VALUE };
+        if sample.probes == 0 {
+            return [nothing; 3];
+        }
+        let (batch, first, count) =
+            (fragments.batch(sample.batch), sample.first as usize, usize::from(sample.probes));
+        if shading == Shading::Sampled {
+            return sampled_picture(light, picture, batch, first, count).to_array();
+        }
+        let Some(strata) = table.of(batch.pattern()) else { return [nothing; 3] };
+        let sums = if count == 1 {
+            strata.fractions(light, batch, first)
+        } else {
+            Some(strata.sums(light, batch, first, count))
+        };
+        sums.and_then(|sums| sums.fractions()).unwrap_or([nothing; 3])
+    };
+    let rgb: Vec<[f32; 3]> = samples.par_iter().enumerate().with_min_len(256).map(value).collect();
+    values.reset(3, samples.len());
+    for channel in 0..3 {
+        values.channel_mut(channel).iter_mut().zip(&rgb).for_each(|(place, rgb)| *place = rgb[channel]);
+    }
+}
+
+/// Computes the value of every sample of a uniform light. `known` are the visible fractions of the first of them, [`NO_VALUE`] where
 /// there is none.
-pub fn evaluate(frame: &Frame, fragments: &Fragments, shading: Shading, known: &[f32], values: &mut Values) {
+fn evaluate_uniform(
+    frame: &Frame,
+    fragments: &Fragments,
+    shading: Shading,
+    known: &[f32],
+    values: &mut Values,
+) {
     let known = if shading == Shading::Ratio { known } else { &[] };
     let light = frame.light(fragments.light());
     let area = light.area();

@@ -25,6 +25,7 @@ mod samples;
 mod shaft;
 pub mod simd;
 mod tangent_plane;
+pub mod textured;
 pub mod unshadowed;
 pub mod upsample;
 mod vector;

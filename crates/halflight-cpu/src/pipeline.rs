@@ -9,6 +9,7 @@ use halflight_core::fragment::{FragmentError, Fragments};
 use halflight_core::frame::{Frame, LightSampling};
 use halflight_core::gbuffer::{GBuffer, GBufferError};
 use halflight_core::light::{AreaLight, LightError};
+use halflight_core::light_texture::LightTexture;
 use halflight_core::pattern::{Pattern, PatternError};
 use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::{MeshError, Scene};
@@ -254,10 +255,7 @@ fn check_lights(scene: &Scene) -> Result<(), PipelineError> {
     if scene.lights.is_empty() {
         return Err(PipelineError::NoLight);
     }
-    for (index, light) in scene.lights.iter().enumerate() {
-        light.validate(index)?;
-    }
-    Ok(())
+    Ok(scene.validate_lights()?)
 }
 
 /// Rendered frame. All layers are row by row from the top left.
@@ -400,6 +398,19 @@ impl Pipeline {
         Ok(())
     }
 
+    /// Replaces the lights and their pictures, as for the next frame of a video. Nothing that grows with the mesh is copied or built.
+    ///
+    /// # Errors
+    /// No light is given, or one cannot be used or has a picture that is not there; the pipeline is then as it was.
+    pub fn set_textured_lights(
+        &mut self,
+        lights: &[AreaLight],
+        textures: &[Arc<LightTexture>],
+    ) -> Result<(), PipelineError> {
+        let before = std::mem::replace(&mut self.state.builder.scene.light_textures, textures.to_vec());
+        self.set_lights(lights).inspect_err(|_| self.state.builder.scene.light_textures = before)
+    }
+
     /// Replaces the camera. Nothing that grows with the mesh is copied or built.
     ///
     /// # Errors
@@ -487,7 +498,7 @@ impl State {
             }
         }
         let mut expected = Some(0.0);
-        for (number, light) in (0..).zip(&scene.lights) {
+        for number in 0..scene.lights.len() as u32 {
             clock = Instant::now();
             let mut requests = Requests::new(visibility.as_mut());
             buffers.fragments.reset(width, height, number);
@@ -505,7 +516,7 @@ impl State {
             expected = expected.zip(refined.expected_error).map(|(sum, error)| sum + error);
 
             let fragments = &buffers.fragments;
-            irradiance::evaluate(&frame, fragments, builder.shading, refined.fractions, &mut buffers.values);
+            irradiance::evaluate(&frame, fragments, builder.shading, &refined, &mut buffers.values);
             stats.stages_ms.irradiance += lap(&mut clock);
             buffers.planes.reset(buffers.values.channels(), pixels);
             let planes = buffers.planes.all_mut();
@@ -514,7 +525,7 @@ impl State {
 
             let totals = builder.layers.then_some(&mut buffers.totals);
             let shading = builder.shading;
-            compose::add_light(gbuffer, light, shading, &buffers.planes, &mut image.irradiance, totals);
+            compose::add_light(&frame, number, shading, &buffers.planes, &mut image.irradiance, totals);
             stats.stages_ms.compose += lap(&mut clock);
             if let Some(antialias) = &mut antialias {
                 if number == 0 {

@@ -81,6 +81,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         mesh: Arc::new(mesh()),
         lights: vec![AreaLight::parallelogram(corner, Vec3::X * 1.5, Vec3::Z * 1.5, Vec3::splat(12.0))],
         camera: Camera { eye: Vec3::new(0.0, 3.0, 5.0), target: Vec3::Y * 0.5, ..Camera::default() },
+        ..Scene::default()
     };
     let config = PipelineConfig { width: 960, height: 640, ..PipelineConfig::default() };
     let gpu = Gpu::find()?;

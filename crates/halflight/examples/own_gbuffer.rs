@@ -89,7 +89,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         Vec3::splat(40.0),
     )
     .two_sided();
-    let scene = Scene { mesh: Arc::new(ball()), lights: vec![light], camera };
+    let scene = Scene { mesh: Arc::new(ball()), lights: vec![light], camera, ..Scene::default() };
     let scene = PreparedScene::new(scene)?;
 
     // One point, normal and albedo a pixel; a normal of zero where nothing is seen.

@@ -10,6 +10,7 @@ use halflight_core::values::Values;
 use super::sources::Source;
 use super::surfaces::Seen;
 use crate::irradiance::Shading;
+use crate::textured::SeenPicture;
 use crate::unshadowed::unshadowed_many;
 
 /// Sub-samples that are lit together.
@@ -27,7 +28,9 @@ pub(super) struct Lit<'a> {
     pub(super) planes: &'a Values,
     /// Surfaces of the sub-samples, and values of those that have masks of their own.
     pub(super) samples: &'a GBuffer,
-    pub(super) own: &'a [f32],
+    pub(super) own: &'a [Vec3],
+    /// Picture of the light, if it has one.
+    pub(super) picture: Option<&'a SeenPicture>,
 }
 
 /// Sub-samples that wait for their unshadowed irradiance.
@@ -72,7 +75,7 @@ impl Lit<'_> {
                     }
                     Source::Own(place) => {
                         let entry = range[0] + usize::from(place);
-                        (Vec3::splat(self.own[entry]), Seen { gbuffer: self.samples, entry })
+                        (self.own[entry], Seen { gbuffer: self.samples, entry })
                     }
                 };
                 // In the umbra it does not matter how much light there would be.
@@ -114,6 +117,10 @@ impl Lit<'_> {
             let (origins, normals) = (&block.source_origins[..count], &block.source_normals[..count]);
             unshadowed_many(light, origins, normals, &mut at_source[..count]);
         }
+        let mut pictures = [Vec3::ONE; BLOCK];
+        if let Some(picture) = self.picture.filter(|_| self.shading == Shading::Ratio) {
+            picture.seen(&block.origins[..count], &block.normals[..count], &mut pictures);
+        }
         for lane in 0..count {
             let factor = match self.shading {
                 Shading::Ratio => unshadowed[lane],
@@ -122,7 +129,7 @@ impl Lit<'_> {
                 }
                 Shading::Sampled => 1.0,
             };
-            let irradiance = light.radiance * block.values[lane] * factor;
+            let irradiance = light.radiance * pictures[lane] * block.values[lane] * factor;
             sums[block.pixel[lane]] += block.albedo[lane] * irradiance * FRAC_1_PI;
         }
     }

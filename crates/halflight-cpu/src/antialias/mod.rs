@@ -28,7 +28,8 @@ use halflight_core::values::Values;
 use rayon::prelude::*;
 
 use crate::bvh::Bvh;
-use crate::irradiance::{Shading, fraction, query_sums};
+use crate::irradiance::{Shading, fraction, query_sums, sampled_picture};
+use crate::textured::{SeenPicture, StrataRadiance};
 use edges::Edges;
 use light::Lit;
 use rays::SubSamples;
@@ -51,7 +52,7 @@ pub(crate) struct Antialias {
     asking: Vec<(usize, usize)>,
     batch: MaskBatch,
     /// Values of the sub-samples that have asked.
-    own: Vec<f32>,
+    own: Vec<Vec3>,
     /// Radiance of the edge pixels, W/m²/sr, summed over their sub-samples.
     sums: Vec<Vec3>,
     counts: AntialiasCounts,
@@ -116,7 +117,16 @@ impl Antialias {
         self.ask(frame, number, shading, visibility);
         let Self { samples, sources, own, sums, .. } = self;
         let light = frame.light(number);
-        let lit = Lit { light, shading, gbuffer: frame.gbuffer, planes, samples: &samples.surfaces, own };
+        let picture = frame.picture(number).map(|picture| SeenPicture::new(light, &picture));
+        let lit = Lit {
+            light,
+            shading,
+            gbuffer: frame.gbuffer,
+            planes,
+            samples: &samples.surfaces,
+            own,
+            picture: picture.as_ref(),
+        };
         let tasks = sums.par_chunks_mut(TASK).enumerate();
         tasks.for_each(|(task, sums)| {
             let starts = &samples.starts()[task * TASK..=task * TASK + sums.len()];
@@ -127,7 +137,7 @@ impl Antialias {
     /// Asks for the masks of surfaces that no pixel sees, and computes their values.
     fn ask(&mut self, frame: &Frame, number: u32, shading: Shading, visibility: &mut dyn Visibility) {
         let Self { samples, asking, batch, own, .. } = self;
-        own.resize(samples.all().len(), 0.0);
+        own.resize(samples.all().len(), Vec3::ZERO);
         if asking.is_empty() {
             return;
         }
@@ -142,10 +152,19 @@ impl Antialias {
         });
         visibility.masks(frame, batch);
         self.counts.masks += asking.len() as u64;
+        let picture = frame.picture(number);
+        let strata = picture.map(|picture| StrataRadiance::new(&picture, light.radiance, batch.pattern()));
         for (query, &(sample, _)) in asking.iter().enumerate() {
-            own[sample] = match shading {
-                Shading::Ratio => fraction(light, batch, query).unwrap_or(0.0),
-                Shading::Sampled => query_sums(light, batch, query, 1).sampled(light.area()),
+            own[sample] = match (shading, &strata, &picture) {
+                (Shading::Ratio, Some(strata), _) => strata
+                    .fractions(light, batch, query)
+                    .and_then(|sums| sums.fractions())
+                    .map_or(Vec3::ZERO, Vec3::from_array),
+                (Shading::Ratio, None, _) => Vec3::splat(fraction(light, batch, query).unwrap_or(0.0)),
+                (Shading::Sampled, _, Some(picture)) => sampled_picture(light, picture, batch, query, 1),
+                (Shading::Sampled, _, None) => {
+                    Vec3::splat(query_sums(light, batch, query, 1).sampled(light.area()))
+                }
             };
         }
     }
@@ -180,7 +199,7 @@ impl Antialias {
             + self.sources.capacity() * size_of::<Source>()
             + self.asking.capacity() * size_of::<(usize, usize)>()
             + self.batch.bytes()
-            + self.own.capacity() * size_of::<f32>()
+            + self.own.capacity() * size_of::<Vec3>()
             + self.sums.capacity() * size_of::<Vec3>()
     }
 }

@@ -1,8 +1,11 @@
 //! Sampling plan for an error target: number of light samples and interpolation tolerance, from pilot samples
 //! of the frame.
 
+use glam::DVec3;
 use halflight_core::mask::MaskBatch;
 use halflight_core::pattern::{Pattern, PatternKind};
+
+use crate::textured::StrataRadiance;
 
 /// Estimated squared error of a stratified estimate, over the number of differing neighbouring samples and
 /// the inverse square of the number of samples. An edge along the strata cuts one in each row, whose sample
@@ -352,8 +355,13 @@ impl Neighbours {
     }
 
     /// Expected squared error of the visible fraction that a query's mask gives, and the fraction of
-    /// differing neighbouring samples.
-    pub(super) fn variance(&self, batch: &MaskBatch, query: usize) -> (f32, f32) {
+    /// differing neighbouring samples. With the strata of a light with a picture, errors are those of red, green and blue together.
+    pub(super) fn variance(
+        &self,
+        batch: &MaskBatch,
+        query: usize,
+        strata: Option<&StrataRadiance>,
+    ) -> (f32, f32) {
         let (wanted, visible) = (batch.wanted(query), batch.visible(query));
         let (mut lit, mut count) = (0, 0);
         for (&wanted, &visible) in wanted.iter().zip(visible) {
@@ -375,8 +383,37 @@ impl Neighbours {
         }
         let (count, differ) = (f64::from(count), f64::from(differ));
         let alone = alone(differ, rarer);
-        let variance = NOISE * (1.0 + ALONE * alone) * differ / (count * count);
+        let weight = match strata {
+            None => differ / (count * count),
+            Some(strata) => self.weight(wanted, visible, strata),
+        };
+        let variance = NOISE * (1.0 + ALONE * alone) * weight;
         (variance as f32, (differ / f64::from(pairs.max(1))) as f32)
+    }
+}
+
+impl Neighbours {
+    /// Number of differing neighbouring samples over the square of the number of samples, each by what its stratum emits. A stratum that differs
+    /// from a neighbour is cut by an edge, and its error has the size of its mean square: part of it comes from the picture's variation inside.
+    fn weight(&self, wanted: &[u64], visible: &[u64], strata: &StrataRadiance) -> f64 {
+        let (mut sum, mut whole) = (0.0, DVec3::ZERO);
+        let each = |mut bits: u64, word: usize, add: &mut dyn FnMut(usize)| {
+            while bits != 0 {
+                add(word * 64 + bits.trailing_zeros() as usize);
+                bits &= bits - 1;
+            }
+        };
+        for word in 0..wanted.len() {
+            each(wanted[word], word, &mut |sample| whole += strata.rgb(sample).as_dvec3());
+            for (by, inner) in [(1, self.inner[word]), (self.columns, u64::MAX)] {
+                let both = wanted[word] & later(wanted, word, by) & inner;
+                let apart = both & (visible[word] ^ later(visible, word, by));
+                let square = |stratum| f64::from(strata.square(stratum));
+                each(apart, word, &mut |sample| sum += 0.5 * (square(sample) + square(sample + by)));
+            }
+        }
+        let whole = whole.length_squared();
+        if whole > 0.0 { sum / whole } else { 0.0 }
     }
 }
 
@@ -425,7 +462,7 @@ mod tests {
                 for key in 0..4000u32 {
                     let place = 0.46 + 0.08 * (key as f32 / 4000.0);
                     let (batch, fraction) = edge(side, key * 77 + 1, slope, place);
-                    expected += f64::from(Neighbours::new(batch.pattern()).variance(&batch, 0).0);
+                    expected += f64::from(Neighbours::new(batch.pattern()).variance(&batch, 0, None).0);
                     found += f64::from(fraction - place).powi(2);
                 }
                 let ratio = expected / found;
@@ -433,7 +470,7 @@ mod tests {
             }
         }
         let (batch, _) = edge(8, 1, 0.0, 2.0);
-        assert_eq!(Neighbours::new(batch.pattern()).variance(&batch, 0), (0.0, 0.0));
+        assert_eq!(Neighbours::new(batch.pattern()).variance(&batch, 0, None), (0.0, 0.0));
     }
 
     #[test]
@@ -456,7 +493,7 @@ mod tests {
                         seen += 1;
                     }
                 }
-                expected += f64::from(Neighbours::new(pattern).variance(&batch, 0).0);
+                expected += f64::from(Neighbours::new(pattern).variance(&batch, 0, None).0);
                 found += (f64::from(seen) / pattern.len() as f64 - 1.0 + 2.0 * f64::from(width)).powi(2);
             }
             let ratio = expected / found;
@@ -486,7 +523,7 @@ mod tests {
                     differ += i32::from(seen(index) != seen(next));
                 }
             }
-            let (variance, disagreement) = Neighbours::new(pattern).variance(&batch, 0);
+            let (variance, disagreement) = Neighbours::new(pattern).variance(&batch, 0, None);
             let count = pattern.len() as f64;
             assert_eq!(disagreement, (f64::from(differ) / f64::from(pairs)) as f32, "{pattern:?}");
             let lit = (0..pattern.len()).filter(|&index| seen(index)).count();

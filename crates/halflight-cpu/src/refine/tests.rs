@@ -9,7 +9,7 @@ use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::Scene;
-use halflight_core::stages::{Refiner, Visibility};
+use halflight_core::stages::{RefineOutput, Refiner, Visibility};
 use halflight_core::values::Values;
 
 use super::representative::fragment_point;
@@ -335,7 +335,8 @@ fn fractions_that_are_known_are_those_of_the_masks() {
             let (fragments, _, known) = floor.refine_known(&mut refiner, seen);
             let values = |shading, known: &[f32]| {
                 let mut values = Values::default();
-                irradiance::evaluate(&floor.frame(), &fragments, shading, known, &mut values);
+                let known = RefineOutput { fractions: known, ..RefineOutput::default() };
+                irradiance::evaluate(&floor.frame(), &fragments, shading, &known, &mut values);
                 (0..values.len()).map(|sample| values.get(0, sample)).collect::<Vec<_>>()
             };
             let known = &known[..];

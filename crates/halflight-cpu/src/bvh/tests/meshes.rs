@@ -8,7 +8,7 @@ use halflight_core::light::AreaLight;
 use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::pyramid::Pyramid;
-use halflight_core::scene::{Camera, Material, Mesh, Scene};
+use halflight_core::scene::{Material, Mesh, Scene};
 use halflight_core::stages::Visibility;
 use std::sync::Arc;
 
@@ -117,7 +117,7 @@ pub(crate) fn hall() -> Vec<[Vec3; 3]> {
 
 /// A scene around a mesh.
 pub(crate) fn scene(corners: &[[Vec3; 3]], light: AreaLight) -> Scene {
-    Scene { mesh: Arc::new(mesh(corners)), lights: vec![light], camera: Camera::default() }
+    Scene { mesh: Arc::new(mesh(corners)), lights: vec![light], ..Scene::default() }
 }
 
 /// Horizontal square light that faces down, centred at `middle`.

@@ -26,6 +26,8 @@ const FROM_SEVERAL: f32 = 2.0;
 pub(super) struct Estimate {
     fraction: f32,
     variance: f32,
+    /// Bit `4 · stride + direction` of every pair that it is a mean of, by their indices.
+    pairs: u32,
 }
 
 /// Sum of fractions and of their expected squared errors.
@@ -59,9 +61,12 @@ impl Lattice {
         let mut estimates = std::mem::take(&mut self.estimates);
         let samples = fragments.samples().par_iter().zip(&self.fractions).zip(&self.variances);
         let smooth = |((sample, &fraction), &variance): ((&Sample, _), _)| {
-            self.smoothed_estimate(view, sample.pixel, Estimate { fraction, variance })
+            self.smoothed_estimate(view, sample.pixel, Estimate { fraction, variance, pairs: 0 })
         };
         samples.with_min_len(64).map(smooth).collect_into_vec(&mut estimates);
+        if !self.colours.is_empty() {
+            self.denoise_colours(view, fragments, &estimates);
+        }
         for (estimate, (fraction, variance)) in
             estimates.iter().zip(self.fractions.iter_mut().zip(&mut self.variances))
         {
@@ -72,6 +77,41 @@ impl Lattice {
         self.measured = None;
     }
 
+    /// Replaces the visible fractions of the channels by means over those of the samples, found for all channels together, whose pairs agree in
+    /// each channel as well: colours may change where their sum does not.
+    fn denoise_colours(&mut self, view: &View, fragments: &Fragments, estimates: &[Estimate]) {
+        let width = view.gbuffer.width as i32;
+        let sum_of = |sample: u32, channel: usize| Sum {
+            fractions: self.colours[sample as usize][channel],
+            variances: self.variances[sample as usize],
+            count: 1.0,
+        };
+        let mean = |(index, estimate): (u32, &Estimate)| {
+            let pixel = fragments.samples()[index as usize].pixel as i32;
+            let mut sums = [0, 1, 2].map(|channel| sum_of(index, channel));
+            let mut pairs = estimate.pairs;
+            while pairs != 0 {
+                let at = pairs.trailing_zeros() as usize;
+                pairs &= pairs - 1;
+                let (dx, dy) = DIRECTIONS[at % DIRECTIONS.len()];
+                let step = (dy * width + dx) * STRIDES[at / DIRECTIONS.len()];
+                let [one, other] = [pixel + step, pixel - step].map(|pixel| self.corners[pixel as usize]);
+                let pair = [0, 1, 2].map(|channel| {
+                    let mut pair = sum_of(one, channel);
+                    pair.add(sum_of(other, channel));
+                    pair
+                });
+                if sums.iter().zip(&pair).all(|(sum, pair)| sum.agrees(pair)) {
+                    sums.iter_mut().zip(pair).for_each(|(sum, pair)| sum.add(pair));
+                }
+            }
+            sums.map(|sum| sum.fractions / sum.count)
+        };
+        let indices = (0..estimates.len() as u32).into_par_iter().zip(estimates).with_min_len(64);
+        let colours = indices.map(mean).collect();
+        self.colours = colours;
+    }
+
     /// Smoothed estimate of a sample.
     fn smoothed_estimate(&self, view: &View, pixel: u32, own: Estimate) -> Estimate {
         if own.fraction.is_nan() {
@@ -80,9 +120,11 @@ impl Lattice {
         let mut sum = Sum { fractions: own.fraction, variances: own.variance, count: 1.0 };
         let mut varies = own.fraction > 0.0 && own.fraction < 1.0;
         let mut open = [true; DIRECTIONS.len()];
-        for stride in STRIDES {
+        let mut pairs = 0;
+        for (ring_bits, stride) in (0..).step_by(DIRECTIONS.len()).zip(STRIDES) {
             let mut ring = Sum::default();
-            for (&(dx, dy), open) in DIRECTIONS.iter().zip(&mut open).filter(|(_, open)| **open) {
+            let directions = DIRECTIONS.iter().zip(&mut open).enumerate().filter(|(_, (_, open))| **open);
+            for (direction, (&(dx, dy), open)) in directions {
                 let (dx, dy) = (dx * stride, dy * stride);
                 let Some(a) = self.estimate_at(view, pixel, (dx, dy)) else { continue };
                 let Some(b) = self.estimate_at(view, pixel, (-dx, -dy)) else { continue };
@@ -95,6 +137,7 @@ impl Lattice {
                 if *open {
                     varies |= a.fraction != own.fraction || b.fraction != own.fraction;
                     ring.add(pair);
+                    pairs |= 1 << (ring_bits + direction);
                 }
             }
             sum.add(ring);
@@ -106,7 +149,8 @@ impl Lattice {
         if !varies {
             return Estimate { variance: 0.0, ..own };
         }
-        Estimate { fraction: sum.fractions / sum.count, variance: sum.variances / (sum.count * sum.count) }
+        let variance = sum.variances / (sum.count * sum.count);
+        Estimate { fraction: sum.fractions / sum.count, variance, pairs }
     }
 
     /// Estimate at an offset from a pixel, if there is a sample with a fraction on the same surface.
@@ -119,7 +163,7 @@ impl Lattice {
         let fraction = if sample == NONE { return None } else { self.fractions[sample as usize] };
         let apart = offset.0.unsigned_abs().max(offset.1.unsigned_abs());
         let usable = !fraction.is_nan() && !view.planes.is_discontinuity(pixel as usize, other, apart);
-        usable.then(|| Estimate { fraction, variance: self.variances[sample as usize] })
+        usable.then(|| Estimate { fraction, variance: self.variances[sample as usize], pairs: 0 })
     }
 
     /// True if the nearest sample in any direction, on the same surface, sees some of the light.

@@ -14,6 +14,7 @@ use super::{Lattice, NOISE_IN_VISIBLE_ERROR};
 use crate::compose::luminance;
 use crate::irradiance;
 use crate::refine::target::{Budget, Neighbours, PilotSample, SamplingPlan};
+use crate::textured::{ChannelSums, StrataRadiance, StrataTable};
 use crate::unshadowed::{roughly_unshadowed, unshadowed_many};
 
 /// Number of pixels whose unshadowed irradiance is computed together (`TOGETHER`), and number that fills a
@@ -40,22 +41,37 @@ impl Lattice {
     pub(super) fn evaluate_fractions(&mut self, view: &View, known: usize, fragments: &Fragments) {
         let (samples, light) = (&fragments.samples()[known..], view.frame.light(view.light));
         self.fractions.resize(fragments.samples().len(), NO_VALUE);
-        self.fractions[known..].par_iter_mut().zip(samples).with_min_len(256).for_each(
-            |(fraction, sample)| {
+        if let Some(picture) = view.frame.picture(view.light) {
+            for batch in fragments.batches() {
+                self.strata.add(&picture, light.radiance, batch.pattern());
+            }
+            let Self { strata, fractions, colours, .. } = self;
+            colours.resize(fragments.samples().len(), [NO_VALUE; 3]);
+            let places = fractions[known..].par_iter_mut().zip(&mut colours[known..]).zip(samples);
+            places.with_min_len(256).for_each(|((fraction, colours), sample)| {
                 let batch = fragments.batch(sample.batch);
-                *fraction = irradiance::fraction(light, batch, sample.first as usize).unwrap_or(NO_VALUE);
-            },
-        );
+                (*fraction, *colours) = by_channel(strata, light, batch, sample.first as usize);
+            });
+        } else {
+            self.fractions[known..].par_iter_mut().zip(samples).with_min_len(256).for_each(
+                |(fraction, sample)| {
+                    let batch = fragments.batch(sample.batch);
+                    *fraction = irradiance::fraction(light, batch, sample.first as usize).unwrap_or(NO_VALUE);
+                },
+            );
+        }
         if self.bounds_visible_error() {
             let mut neighbours = std::mem::take(&mut self.neighbours);
             neighbours.clear();
             neighbours.extend(fragments.batches().iter().map(|batch| Neighbours::new(batch.pattern())));
             self.variances.resize(fragments.samples().len(), 0.0);
+            let strata = &self.strata;
             let variances = self.variances[known..].par_iter_mut().zip(&self.fractions[known..]);
             variances.zip(samples).with_min_len(256).for_each(|((variance, &fraction), sample)| {
                 let batch = fragments.batch(sample.batch);
                 let neighbours = &neighbours[usize::from(sample.batch)];
-                *variance = noise_of(neighbours, batch, sample.first as usize, fraction);
+                let strata = strata.of(batch.pattern());
+                *variance = noise_of(neighbours, strata, batch, sample.first as usize, fraction);
             });
             self.neighbours = neighbours;
         }
@@ -65,17 +81,28 @@ impl Lattice {
     /// `samples`.
     pub(super) fn evaluate_batch(&mut self, view: &View, batch: &MaskBatch, samples: &[u32]) {
         let light = view.frame.light(view.light);
-        let fraction = |query| irradiance::fraction(light, batch, query).unwrap_or(NO_VALUE);
-        let queries = (0..samples.len()).into_par_iter().with_min_len(256);
-        queries.map(fraction).collect_into_vec(&mut self.renewed);
-        for (&sample, &fraction) in samples.iter().zip(&self.renewed) {
-            self.fractions[sample as usize] = fraction;
+        if let Some(picture) = view.frame.picture(view.light) {
+            self.strata.add(&picture, light.radiance, batch.pattern());
+            let strata = &self.strata;
+            let queries = (0..samples.len()).into_par_iter().with_min_len(256);
+            let found = queries.map(|query| by_channel(strata, light, batch, query));
+            let found: Vec<(f32, [f32; 3])> = found.collect();
+            for (&sample, (fraction, colours)) in samples.iter().zip(found) {
+                (self.fractions[sample as usize], self.colours[sample as usize]) = (fraction, colours);
+            }
+        } else {
+            let fraction = |query| irradiance::fraction(light, batch, query).unwrap_or(NO_VALUE);
+            let queries = (0..samples.len()).into_par_iter().with_min_len(256);
+            queries.map(fraction).collect_into_vec(&mut self.renewed);
+            for (&sample, &fraction) in samples.iter().zip(&self.renewed) {
+                self.fractions[sample as usize] = fraction;
+            }
         }
         if self.bounds_visible_error() {
-            let neighbours = Neighbours::new(batch.pattern());
+            let (neighbours, strata) = (Neighbours::new(batch.pattern()), self.strata.of(batch.pattern()));
             for (query, &sample) in samples.iter().enumerate() {
                 let fraction = self.fractions[sample as usize];
-                self.variances[sample as usize] = noise_of(&neighbours, batch, query, fraction);
+                self.variances[sample as usize] = noise_of(&neighbours, strata, batch, query, fraction);
             }
         }
     }
@@ -105,8 +132,8 @@ impl Lattice {
     pub(super) fn plan(&mut self, view: &View, fragments: &Fragments) {
         let neighbours = Neighbours::new(self.plan.full);
         let pilot = |(sample, (&fraction, &unshadowed)): (&Sample, (&f32, &f32))| {
-            let (variance, disagreement) =
-                neighbours.variance(fragments.batch(sample.batch), sample.first as usize);
+            let (batch, query) = (fragments.batch(sample.batch), sample.first as usize);
+            let (variance, disagreement) = neighbours.variance(batch, query, self.strata.of(batch.pattern()));
             PilotSample { unshadowed, fraction, variance, disagreement }
         };
         let known = self.fractions.par_iter().zip(&self.unshadowed);
@@ -132,7 +159,8 @@ impl Lattice {
             _ => self.measure(view, fragments),
         };
         let sum = measured.noise + self.error_of_cells(view);
-        sum * f64::from(luminance(view.frame.light(view.light).radiance)).powi(2)
+        let picture = view.frame.picture(view.light).map_or(Vec3::ONE, |picture| picture.mean());
+        sum * f64::from(luminance(view.frame.light(view.light).radiance * picture)).powi(2)
     }
 
     /// Sums up noise and energy over the traced pixels.
@@ -153,7 +181,9 @@ impl Lattice {
             let variance = if self.smoothed {
                 self.variances[index as usize]
             } else {
-                neighbours[usize::from(sample.batch)].variance(batch, query).0
+                neighbours[usize::from(sample.batch)]
+                    .variance(batch, query, self.strata.of(batch.pattern()))
+                    .0
             };
             let fraction = match self.fractions.get(index as usize) {
                 Some(&fraction) => fraction.max(0.0),
@@ -211,9 +241,23 @@ impl Lattice {
 const AGREED: f32 = 0.4;
 
 /// Expected squared error of the visible fraction of a query, where those whose samples all agree are uncertain as well.
-fn noise_of(neighbours: &Neighbours, batch: &MaskBatch, query: usize, fraction: f32) -> f32 {
-    let found = if fraction > 0.0 && fraction < 1.0 { neighbours.variance(batch, query).0 } else { 0.0 };
+fn noise_of(
+    neighbours: &Neighbours,
+    strata: Option<&StrataRadiance>,
+    batch: &MaskBatch,
+    query: usize,
+    fraction: f32,
+) -> f32 {
+    let partly = fraction > 0.0 && fraction < 1.0;
+    let found = if partly { neighbours.variance(batch, query, strata).0 } else { 0.0 };
     found.max((AGREED / batch.pattern().len() as f32).powi(2))
+}
+
+/// Visible fractions of a query, of all its light and of its channels.
+fn by_channel(strata: &StrataTable, light: &AreaLight, batch: &MaskBatch, query: usize) -> (f32, [f32; 3]) {
+    let sums = strata.of(batch.pattern()).and_then(|strata| strata.fractions(light, batch, query));
+    let of = |sums: ChannelSums| Some((sums.fraction()?, sums.fractions()?));
+    sums.and_then(of).unwrap_or((NO_VALUE, [NO_VALUE; 3]))
 }
 
 /// Sums over the traced pixels, per radiance.

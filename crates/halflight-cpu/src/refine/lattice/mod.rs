@@ -28,6 +28,7 @@ use super::target::{Budget, Neighbours, PilotSample, SamplingPlan, Steps};
 use super::trace_pixels;
 use crate::corners::Corners;
 use crate::tangent_plane::{Between, DiscontinuityLimits, TangentPlanes};
+use crate::textured::StrataTable;
 use denoise::Estimate;
 use error_estimate::{Measured, Measurement};
 use validate::{Probe, Risk, Weighed};
@@ -157,8 +158,12 @@ pub struct Lattice {
     discontinuities: Discontinuities,
     /// Sample of every pixel, or [`NONE`].
     corners: Vec<u32>,
-    /// Visible fraction of every sample; NaN where the light lies below its horizon.
+    /// Visible fraction of every sample, of a light with a picture that of all channels together; NaN where the light lies below its horizon.
     fractions: Vec<f32>,
+    /// Visible fractions of red, green and blue of every sample, for a light with a picture.
+    colours: Vec<[f32; 3]>,
+    /// Strata of a light with a picture.
+    strata: StrataTable,
     /// Expected squared error of every sample's fraction, for a bound on visible errors; after smoothing if `smoothed`.
     variances: Vec<f32>,
     smoothed: bool,
@@ -536,6 +541,22 @@ impl Lattice {
             sample => self.fractions[sample as usize],
         }
     }
+
+    /// Number of channels in which samples may differ.
+    fn channels(&self) -> usize {
+        if self.colours.is_empty() { 1 } else { 3 }
+    }
+
+    /// Visible fraction of a channel at a pixel; NaN where it is undefined or not traced.
+    fn fraction_of(&self, channel: usize, pixel: usize) -> f32 {
+        match self.corners[pixel] {
+            NONE => NO_VALUE,
+            sample => match self.colours.get(sample as usize) {
+                Some(colours) => colours[channel],
+                None => self.fractions[sample as usize],
+            },
+        }
+    }
 }
 
 impl Refiner for Lattice {
@@ -559,6 +580,8 @@ impl Refiner for Lattice {
         self.corners.resize(gbuffer.pixels(), NONE);
         self.wanted.reset(gbuffer.width, gbuffer.height);
         self.fractions.clear();
+        self.colours.clear();
+        self.strata.clear();
         self.unshadowed.clear();
         self.variances.clear();
         self.smoothed = false;
@@ -642,6 +665,7 @@ impl Refiner for Lattice {
         RefineOutput {
             expected_error: self.expected,
             fractions: &self.fractions,
+            colours: &self.colours,
             certified: self.certificate_counts,
         }
     }
@@ -659,6 +683,8 @@ impl Refiner for Lattice {
         let pending: usize = self.pending.iter().map(Vec::capacity).sum();
         self.discontinuities.bytes()
             + (self.corners.capacity() + self.fractions.capacity() + self.fresh.capacity()) * 4
+            + self.colours.capacity() * size_of::<[f32; 3]>()
+            + self.strata.bytes()
             + pending * size_of::<Square>()
             + self.kept.capacity() * size_of::<Option<(Square, Verdict)>>()
             + (self.owners.capacity() + self.suspects.capacity()) * 4

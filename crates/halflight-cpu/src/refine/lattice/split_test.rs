@@ -29,10 +29,13 @@ impl Lattice {
     /// True if a cell whose corners are known can be interpolated.
     pub(super) fn passes_split_test(&self, view: &View, cell: Square) -> bool {
         let corners = cell.corners(view.gbuffer);
-        let found = corners.pixels().map(|pixel| self.fraction(pixel));
         if self.discontinuities.inside(cell.level, cell.x, cell.y) == Between::Step {
-            return self.passes_step_test(view, cell.level, &corners, &found);
+            return (0..self.channels()).all(|channel| {
+                let found = corners.pixels().map(|pixel| self.fraction_of(channel, pixel));
+                self.passes_step_test(view, cell.level, &corners, &found)
+            });
         }
+        let found = corners.pixels().map(|pixel| self.fraction(pixel));
         match found.iter().filter(|fraction| fraction.is_nan()).count() {
             0 => {}
             // All corners on the unlit side: kept if no pixel in between faces the light.
@@ -44,8 +47,21 @@ impl Lattice {
             }
             _ => return false,
         }
-        let (low, high) = range(&found);
         let tolerance = self.tolerance(&corners);
+        (0..self.channels()).all(|channel| self.is_predictable(view, cell, &corners, channel, tolerance))
+    }
+
+    /// True if the corners of a cell agree in a channel, or the parent's corners predicted them.
+    fn is_predictable(
+        &self,
+        view: &View,
+        cell: Square,
+        corners: &Corners,
+        channel: usize,
+        tolerance: f32,
+    ) -> bool {
+        let found = corners.pixels().map(|pixel| self.fraction_of(channel, pixel));
+        let (low, high) = range(&found);
         if high - low <= tolerance {
             return true;
         }
@@ -56,7 +72,7 @@ impl Lattice {
             return false;
         }
         let parent = parent.corners(view.gbuffer);
-        let known = parent.pixels().map(|pixel| self.fraction(pixel));
+        let known = parent.pixels().map(|pixel| self.fraction_of(channel, pixel));
         corners.positions().into_iter().zip(found).all(|((x, y), fraction)| {
             // Without a fraction at the parent's corners there is no prediction, and the comparison fails.
             (parent.interpolate(&view.planes, &known, x, y) - fraction).abs() <= tolerance
@@ -141,11 +157,16 @@ impl Lattice {
     /// value there by more than the tolerance.
     fn meets_neighbours(&self, view: &View, cell: Square) -> bool {
         let corners = cell.corners(view.gbuffer);
-        let known = corners.pixels().map(|pixel| self.fraction(pixel));
-        let ((low, high), error) = (range(&known), self.tolerance(&corners));
+        let error = self.tolerance(&corners);
+        (0..self.channels()).all(|channel| self.meets_in_channel(view, &corners, channel, error))
+    }
+
+    fn meets_in_channel(&self, view: &View, corners: &Corners, channel: usize, error: f32) -> bool {
+        let known = corners.pixels().map(|pixel| self.fraction_of(channel, pixel));
+        let (low, high) = range(&known);
         let [(x0, y0), ..] = corners.positions();
         corners.all_edges(|x, y| {
-            let found = self.fraction(view.gbuffer.index(x, y));
+            let found = self.fraction_of(channel, view.gbuffer.index(x, y));
             // A value within the tolerance of all corners is within the tolerance of any value interpolated
             // between them.
             if found.is_nan() || x >= x0 && y >= y0 && found - low <= error && high - found <= error {

@@ -370,7 +370,8 @@ impl Lattice {
             }
             let own = &fragments.samples()[sample as usize];
             let batch = fragments.batch(own.batch);
-            let variance = neighbours[usize::from(own.batch)].variance(batch, own.first as usize).0;
+            let strata = self.strata.of(batch.pattern());
+            let variance = neighbours[usize::from(own.batch)].variance(batch, own.first as usize, strata).0;
             let error = f64::from(found - expected).powi(2) - f64::from(variance);
             sums[class] +=
                 error * f64::from(strength).powi(2) * f64::from(one.pixels) / f64::from(one.weight);
