@@ -10,6 +10,7 @@ use toml::de::DeTable;
 use crate::animation::AnimationEntry;
 use crate::camera::read_view;
 use crate::error::SceneError;
+use crate::picture::PictureEntry;
 use crate::section::{Section, Source, tables};
 use crate::transform::Transform;
 
@@ -17,6 +18,8 @@ use crate::transform::Transform;
 pub(crate) struct SceneFile {
     pub(crate) camera: Camera,
     pub(crate) lights: Vec<AreaLight>,
+    /// Picture of every light that has one.
+    pub(crate) pictures: Vec<Option<PictureEntry>>,
     pub(crate) meshes: Vec<MeshEntry>,
     pub(crate) animation: Option<AnimationEntry>,
 }
@@ -81,6 +84,7 @@ impl SceneFile {
         let camera = read_camera(Section::new(source, "[camera]", camera)?)?;
         let lights = tables(&mut root, "light", "light")?.into_iter().enumerate();
         let lights = lights.map(|(index, light)| read_light(index, light)).collect::<Result<Vec<_>, _>>()?;
+        let (lights, pictures): (Vec<_>, Vec<_>) = lights.into_iter().unzip();
         if lights.is_empty() {
             let hint = "has no [[light]]; without one every picture is black. Add one with corner, edge_u, edge_v and radiance";
             return Err(root.fault(1, hint));
@@ -97,7 +101,7 @@ impl SceneFile {
             }
             None => None,
         };
-        Ok(Self { camera, lights, meshes, animation })
+        Ok(Self { camera, lights, pictures, meshes, animation })
     }
 }
 
@@ -106,8 +110,12 @@ fn read_camera(mut section: Section<'_>) -> Result<Camera, SceneError> {
     read_view(&mut section, None)
 }
 
-fn read_light(index: usize, mut section: Section<'_>) -> Result<AreaLight, SceneError> {
-    section.allow(&["corner", "edge_u", "edge_v", "radiance", "two_sided"])?;
+fn read_light(
+    index: usize,
+    mut section: Section<'_>,
+) -> Result<(AreaLight, Option<PictureEntry>), SceneError> {
+    let plain = ["corner", "edge_u", "edge_v", "radiance", "two_sided"];
+    section.allow(&[&plain[..], &PictureEntry::KEYS].concat())?;
     let corner = section.vector("corner")?;
     let corner = section.require("corner", "[-0.5, 3, -0.5]", corner)?.value;
     let edge_u = section.vector("edge_u")?;
@@ -127,7 +135,8 @@ fn read_light(index: usize, mut section: Section<'_>) -> Result<AreaLight, Scene
         line: section.line,
         source,
     })?;
-    Ok(light)
+    let picture = PictureEntry::read(&mut section)?;
+    Ok((light, picture))
 }
 
 fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {

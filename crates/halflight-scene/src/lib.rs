@@ -18,6 +18,11 @@
 //! edge_v = [0, 0, 1]      # emits along cross(edge_u, edge_v): here down
 //! radiance = [10, 10, 10] # W/m²/sr
 //! two_sided = false       # optional, this is the default
+//! # texture = "screen.png"  # optional: a picture that the radiance is multiplied with, its lower left at the corner, its rows along edge_u;
+//! #                         # "screen-####.png" is a video, of frames with numbers of four digits
+//! # texture_encoding = "auto" # optional: linear in HDR and EXR files, sRGB in others; or "linear", "srgb"
+//! # texture_fps = 24        # optional, of a video, which begins again after its last frame
+//! # texture_stretch = false # optional: true if the picture's aspect ratio is not the light's
 //!
 //! [[mesh]]
 //! generator = "contact"   # or: file = "mesh.obj" (or .ply), relative to the scene file
@@ -79,6 +84,7 @@ mod model;
 mod mtl;
 mod normals;
 mod obj;
+mod picture;
 mod ply;
 mod polygon;
 mod report;

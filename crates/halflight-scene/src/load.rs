@@ -5,9 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
+use halflight_core::light::AreaLight;
+use halflight_core::light_texture::LightTexture;
 use halflight_core::scene::{Material, Mesh, Scene};
 use halflight_core::smooth::is_smooth;
 
+use crate::animation::{Animation, Video};
 use crate::clean::drop_zero_area;
 use crate::context::{Context, MAX_COUNT};
 use crate::error::SceneError;
@@ -15,6 +18,7 @@ use crate::file::{MeshEntry, Origin, SceneFile, Smooth};
 use crate::generate::{GenerateError, generate};
 use crate::model::ModelMesh;
 use crate::normals::compute_missing_normals;
+use crate::picture::PictureEntry;
 use crate::report::{LoadReport, MeshReport};
 use crate::section::{Source, line_ends};
 use crate::transform::Transform;
@@ -53,10 +57,34 @@ pub(crate) fn load(text: &str, name: &str, folder: &Path) -> Result<Loaded, Scen
     all.textures = context.textures.textures;
     let fault = |source| SceneError::Mesh { file: name.to_string(), source };
     all.validate().map_err(fault)?;
-    let animation = file.animation.map(|entry| entry.place(source, &file.lights, &all, &vertices));
-    let animation = animation.transpose()?;
-    let scene = Scene { mesh: Arc::new(all), lights: file.lights, camera: file.camera };
+    let (lights, light_textures, videos) = load_pictures(file.lights, &file.pictures, source, folder)?;
+    let animation = file.animation.map(|entry| entry.place(source, &lights, &all, &vertices));
+    let animation = Animation::with_videos(animation.transpose()?, videos);
+    let scene = Scene { mesh: Arc::new(all), lights, light_textures, camera: file.camera };
     Ok(Loaded { scene, animation, report })
+}
+
+/// Lights with their pictures, all pictures, and the videos among them.
+type Pictures = (Vec<AreaLight>, Vec<Arc<LightTexture>>, Vec<Video>);
+
+/// Reads the pictures of lights.
+fn load_pictures(
+    mut lights: Vec<AreaLight>,
+    entries: &[Option<PictureEntry>],
+    source: Source<'_>,
+    folder: &Path,
+) -> Result<Pictures, SceneError> {
+    let (mut textures, mut videos) = (Vec::new(), Vec::new());
+    for (index, (light, entry)) in lights.iter_mut().zip(entries).enumerate() {
+        let Some(entry) = entry else { continue };
+        let first = textures.len() as u32;
+        textures.extend(entry.load(light, source, folder)?);
+        *light = light.textured(first);
+        if let Some(fps) = entry.video_fps() {
+            videos.push(Video { light: index, first, frames: textures.len() as u32 - first, fps });
+        }
+    }
+    Ok((lights, textures, videos))
 }
 
 /// The mesh files of a scene, each read once.

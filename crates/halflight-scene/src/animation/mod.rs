@@ -28,6 +28,29 @@ pub struct Animation {
     /// Index of a light, and its path.
     lights: Vec<(usize, Path)>,
     meshes: Vec<MeshMotion>,
+    videos: Vec<Video>,
+}
+
+/// Pictures that a light shows one after another, from the first again after the last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Video {
+    /// Index of the light.
+    pub(crate) light: usize,
+    /// Index of the first picture, and number of pictures.
+    pub(crate) first: u32,
+    pub(crate) frames: u32,
+    /// Pictures a second.
+    pub(crate) fps: f32,
+}
+
+/// Part of a picture by which times may be rounded down.
+const EARLY: f32 = 1e-3;
+
+impl Video {
+    /// Index of the picture at `time`, in seconds.
+    fn at(&self, time: f32) -> u32 {
+        self.first + ((time * self.fps + EARLY).max(0.0) as u32) % self.frames.max(1)
+    }
 }
 
 /// Motion of a mesh of the scene file: it sways, then moves along its path.
@@ -40,6 +63,15 @@ struct MeshMotion {
 }
 
 impl Animation {
+    /// Animation of a scene whose lights show videos; none where nothing moves.
+    pub(crate) fn with_videos(animation: Option<Self>, videos: Vec<Video>) -> Option<Self> {
+        match animation {
+            None if videos.is_empty() => None,
+            None => Some(Self { camera: None, lights: Vec::new(), meshes: Vec::new(), videos }),
+            Some(animation) => Some(Self { videos, ..animation }),
+        }
+    }
+
     /// Scene at `time`, in seconds; `still` is the scene that the animation was loaded with. Vertices,
     /// triangles and materials keep their indices, so that a BVH over the triangles can be refitted; normals
     /// are transformed exactly.
@@ -51,6 +83,12 @@ impl Animation {
         for (index, path) in &self.lights {
             if let (Some(light), Some(place)) = (scene.lights.get_mut(*index), path.at(time)) {
                 *light = light.transformed(|p| place.point(p), |d| place.direction(d));
+            }
+        }
+        for video in &self.videos {
+            let place = scene.lights.get_mut(video.light).and_then(|light| light.texture.as_mut());
+            if let Some(place) = place {
+                place.index = video.at(time);
             }
         }
         for motion in &self.meshes {
@@ -79,6 +117,7 @@ impl fmt::Display for Animation {
             self.camera.as_ref().map(|_| "camera".to_owned()),
             count(self.lights.len(), "light", "lights"),
             count(self.meshes.len(), "mesh", "meshes"),
+            count(self.videos.len(), "video", "videos"),
         ];
         write!(f, "{}", what.into_iter().flatten().collect::<Vec<_>>().join(", "))?;
         match self.last_key() {

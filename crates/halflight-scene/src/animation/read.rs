@@ -77,7 +77,8 @@ impl AnimationEntry {
         mesh: &Mesh,
         vertices: &[Range<usize>],
     ) -> Result<Animation, SceneError> {
-        let mut animation = Animation { camera: self.camera, lights: Vec::new(), meshes: Vec::new() };
+        let mut animation =
+            Animation { camera: self.camera, lights: Vec::new(), meshes: Vec::new(), videos: Vec::new() };
         for body in self.lights {
             let (low, high) = lights[body.index].bounds();
             let index = body.index;

@@ -1,0 +1,212 @@
+//! Pictures and videos of lights.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::Vec3;
+use halflight_core::light::AreaLight;
+use halflight_core::light_texture::LightTexture;
+use image::{DynamicImage, ImageReader, Limits};
+
+use crate::error::SceneError;
+use crate::section::{Section, Source};
+
+/// Most texels of all pictures of a light, 8192 × 8192: most of a gigabyte.
+const MAX_TEXELS: u64 = 1 << 26;
+
+/// Largest difference between the aspect ratios of a light and of its picture, relative to one of them.
+const ASPECT: f32 = 0.05;
+
+/// Frames a second of a video where the file does not say.
+const FPS: f32 = 24.0;
+
+/// Picture of a `[[light]]`, before it is read.
+#[derive(Debug)]
+pub(crate) struct PictureEntry {
+    /// Path as written in the scene file; a run of `#` stands for the digits of a frame's number.
+    name: String,
+    encoding: Encoding,
+    /// Frames a second of a video.
+    fps: f32,
+    /// True if the picture's aspect ratio may differ from the light's.
+    stretch: bool,
+    line: usize,
+}
+
+/// Meaning of the numbers in a picture's file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Encoding {
+    /// That of its format: linear in Radiance HDR and OpenEXR files, sRGB in others.
+    Auto,
+    Srgb,
+    Linear,
+}
+
+impl PictureEntry {
+    /// Keys of a `[[light]]` that describe its picture.
+    pub(crate) const KEYS: [&'static str; 4] =
+        ["texture", "texture_encoding", "texture_fps", "texture_stretch"];
+
+    /// Reads the keys of a light's picture, if it has one.
+    pub(crate) fn read(section: &mut Section<'_>) -> Result<Option<Self>, SceneError> {
+        let name = section.text("texture")?;
+        let encoding = section.text("texture_encoding")?;
+        let fps = section.number("texture_fps")?;
+        let stretch = section.flag("texture_stretch")?;
+        let Some(name) = name else {
+            let lines = [
+                encoding.map(|found| found.line),
+                fps.map(|found| found.line),
+                stretch.map(|found| found.line),
+            ];
+            return match lines.into_iter().flatten().next() {
+                Some(line) => {
+                    Err(section.fault(line, "has no `texture`; write for example: texture = \"screen.png\""))
+                }
+                None => Ok(None),
+            };
+        };
+        let encoding = match encoding {
+            None => Encoding::Auto,
+            Some(found) => match found.value.as_str() {
+                "auto" => Encoding::Auto,
+                "srgb" => Encoding::Srgb,
+                "linear" => Encoding::Linear,
+                other => {
+                    let message = format!("texture_encoding is `{other}`, expected auto, srgb or linear");
+                    return Err(section.fault(found.line, message));
+                }
+            },
+        };
+        if let Some(found) = fps.as_ref().filter(|found| found.value <= 0.0) {
+            let message = format!("texture_fps is {}, expected frames a second above 0", found.value);
+            return Err(section.fault(found.line, message));
+        }
+        Ok(Some(Self {
+            name: name.value,
+            encoding,
+            fps: fps.map_or(FPS, |found| found.value),
+            stretch: stretch.is_some_and(|found| found.value),
+            line: name.line,
+        }))
+    }
+
+    /// Frames a second of a video; none for a single picture.
+    pub(crate) fn video_fps(&self) -> Option<f32> {
+        self.name.contains('#').then_some(self.fps)
+    }
+
+    /// Reads the pictures of a light, one for each frame of a video.
+    pub(crate) fn load(
+        &self,
+        light: &AreaLight,
+        scene: Source<'_>,
+        folder: &Path,
+    ) -> Result<Vec<Arc<LightTexture>>, SceneError> {
+        let fault = |message: String| scene.fault(self.line, format!("[[light]] {message}"));
+        let files = if self.video_fps().is_some() {
+            self.frames(folder).map_err(fault)?
+        } else {
+            vec![folder.join(&self.name)]
+        };
+        let mut textures: Vec<Arc<LightTexture>> = Vec::with_capacity(files.len());
+        let mut texels = 0;
+        for file in files {
+            let named = file.display().to_string();
+            let texture = self
+                .decode(&file, texels)
+                .map_err(|message| fault(format!("texture `{named}` {message}")))?;
+            texels += u64::from(texture.width()) * u64::from(texture.height());
+            let size = |texture: &LightTexture| (texture.width(), texture.height());
+            if let Some(first) = textures.first().filter(|first| size(first) != size(&texture)) {
+                let ((w, h), (width, height)) = (size(&texture), size(first));
+                return Err(fault(format!(
+                    "texture `{named}` has {w}x{h} texels, expected {width}x{height} as in the first frame"
+                )));
+            }
+            textures.push(Arc::new(texture));
+        }
+        if let Some(first) = textures.first().filter(|_| !self.stretch) {
+            let frame = light.frame();
+            let (picture, screen) =
+                (first.width() as f32 / first.height() as f32, frame.u.length() / frame.v.length());
+            if (picture / screen).max(screen / picture) > 1.0 + ASPECT {
+                return Err(fault(format!(
+                    "texture `{}` has {}x{} texels, {picture:.3} times as wide as high, but edge_u is {screen:.3} times as long as edge_v; \
+                     change an edge, or write texture_stretch = true",
+                    self.name,
+                    first.width(),
+                    first.height()
+                )));
+            }
+        }
+        Ok(textures)
+    }
+
+    /// Files of a video in the order of their numbers, which follow each other.
+    fn frames(&self, folder: &Path) -> Result<Vec<PathBuf>, String> {
+        let path = folder.join(&self.name);
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let (Some(first), Some(last)) = (name.find('#'), name.rfind('#')) else {
+            return Err(format!(
+                "texture `{}` has # in the name of a folder, expected it in the file's",
+                self.name
+            ));
+        };
+        let (before, after, digits) = (&name[..first], &name[last + 1..], last + 1 - first);
+        let parent = path.parent().unwrap_or(folder);
+        let listed = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
+        let number = |found: &str| -> Option<u64> {
+            let middle = found.strip_prefix(before)?.strip_suffix(after)?;
+            let whole = middle.len() >= digits && middle.bytes().all(|byte| byte.is_ascii_digit());
+            whole.then(|| middle.parse().ok()).flatten()
+        };
+        let names = fs::read_dir(listed).into_iter().flatten().flatten();
+        let mut frames: Vec<(u64, PathBuf)> = names
+            .filter_map(|entry| Some((number(&entry.file_name().to_string_lossy())?, entry.path())))
+            .collect();
+        frames.sort();
+        if frames.is_empty() {
+            return Err(format!("texture `{}`: there is no such file for any number", path.display()));
+        }
+        if let Some(pair) = frames.windows(2).find(|pair| pair[1].0 != pair[0].0 + 1) {
+            return Err(format!("texture `{}` lacks frame {}", path.display(), pair[0].0 + 1));
+        }
+        Ok(frames.into_iter().map(|(_, path)| path).collect())
+    }
+
+    /// Reads one picture; `before` texels have been read already.
+    fn decode(&self, path: &Path, before: u64) -> Result<LightTexture, String> {
+        let reader = ImageReader::open(path).map_err(|fault| match fault.kind() {
+            std::io::ErrorKind::NotFound => "is missing; paths are relative to the scene file".to_string(),
+            _ => format!("cannot be read: {fault}"),
+        })?;
+        let mut reader = reader.with_guessed_format().map_err(|fault| format!("cannot be read: {fault}"))?;
+        let mut limits = Limits::no_limits();
+        limits.max_alloc = Some(16 * MAX_TEXELS);
+        reader.limits(limits);
+        let picture = reader.decode().map_err(|fault| format!("cannot be read: {fault}"))?;
+        let (width, height) = (picture.width(), picture.height());
+        if before + u64::from(width) * u64::from(height) > MAX_TEXELS {
+            return Err(format!("is too large: the pictures of a light may have {MAX_TEXELS} texels in all"));
+        }
+        let floats = matches!(picture, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
+        let linear = self.encoding == Encoding::Linear || floats && self.encoding == Encoding::Auto;
+        let decode =
+            |texel: [f32; 3]| Vec3::from_array(if linear { texel } else { texel.map(srgb_to_linear) });
+        let texels: Vec<Vec3> = if floats {
+            picture.into_rgb32f().pixels().map(|texel| decode(texel.0)).collect()
+        } else {
+            let scale = |texel: &image::Rgb<u16>| decode(texel.0.map(|value| f32::from(value) / 65535.0));
+            picture.into_rgb16().pixels().map(scale).collect()
+        };
+        LightTexture::new(width, height, texels).map_err(|fault| format!("cannot be used: {fault}"))
+    }
+}
+
+/// Linear value of an sRGB one (IEC 61966-2-1).
+fn srgb_to_linear(value: f32) -> f32 {
+    let value = f64::from(value);
+    (if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }) as f32
+}
