@@ -104,6 +104,7 @@ impl Renderer {
         check_limits(&device.limits())?;
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
         let (lights, flush) = separate_lights(scene, None);
+        refuse_pictures(&lights)?;
         let compiler = Compiler { device, replaced: modules };
         let stages = Stages::new(&compiler, &scene.mesh, config)?;
         let memory = Memory::new(device);
@@ -147,7 +148,9 @@ impl Renderer {
     /// # Errors
     /// No light is given, a light cannot be rendered, or the device has no room for so many; the renderer is then as it was.
     pub fn set_lights(&mut self, lights: &[AreaLight]) -> Result<(), GpuError> {
-        check_scene(&Scene { lights: lights.to_vec(), camera: self.scene.camera, ..Scene::default() })?;
+        let light_textures = self.scene.light_textures.clone();
+        let camera = self.scene.camera;
+        check_scene(&Scene { lights: lights.to_vec(), light_textures, camera, ..Scene::default() })?;
         let before = std::mem::replace(&mut self.scene.lights, lights.to_vec());
         self.place_lights().inspect_err(|_| self.scene.lights = before)
     }
@@ -205,6 +208,7 @@ impl Renderer {
     /// Moves the lights of the scene off the triangles that they are flush with, and makes room for them.
     fn place_lights(&mut self) -> Result<(), GpuError> {
         let (lights, flush) = separate_lights(&self.scene, None);
+        refuse_pictures(&lights)?;
         let (width, height) = self.size();
         let needs = self.stages.needs(width, height, self.pattern, &lights)?;
         self.buffers.grow(&self.memory, needs)?;
@@ -335,4 +339,15 @@ fn frame_bytes(buffers: &Buffers, frames: &[Frame]) -> Vec<u8> {
         slot[..size_of::<Frame>()].copy_from_slice(bytemuck::bytes_of(frame));
     }
     bytes
+}
+
+/// Refuses lights with pictures of more than one colour.
+fn refuse_pictures(lights: &[AreaLight]) -> Result<(), GpuError> {
+    match lights.iter().any(|light| light.texture.is_some()) {
+        true => Err(GpuError::Unsupported {
+            stage: "a light with a picture",
+            reason: "render the scene on the CPU, or take the picture off the light",
+        }),
+        false => Ok(()),
+    }
 }

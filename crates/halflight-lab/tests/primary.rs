@@ -51,7 +51,7 @@ fn slivers(shift: Vec3) -> Scene {
         fov_y_deg: 30.0,
         ..Camera::default()
     };
-    Scene { mesh: Arc::new(mesh(&corners)), lights: Vec::new(), camera }
+    Scene { mesh: Arc::new(mesh(&corners)), camera, ..Scene::default() }
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn coplanar_triangles_give_way_to_the_first() {
         ..Camera::default()
     };
     let view = |corners: &[[Vec3; 3]]| {
-        trace(&Scene { mesh: Arc::new(mesh(corners)), lights: Vec::new(), camera }, 64, 64)
+        trace(&Scene { mesh: Arc::new(mesh(corners)), camera, ..Scene::default() }, 64, 64)
     };
     assert!(view(&list).primitive.iter().all(|&triangle| triangle < 2));
     let turned = [list[4], list[2], list[3], list[1], list[0]];

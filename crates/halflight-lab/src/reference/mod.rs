@@ -21,6 +21,7 @@ use halflight_cpu::flush;
 use halflight_cpu::gbuffer;
 use halflight_cpu::pipeline::PipelineError;
 use halflight_cpu::prepared::PreparedScene;
+use halflight_cpu::textured::SeenPicture;
 use halflight_cpu::unshadowed::unshadowed;
 use halflight_metrics::{
     CompareError, Image, ImageError, WriteError, flicker, grain, halves_noise, luminance,
@@ -28,7 +29,7 @@ use halflight_metrics::{
 use rayon::prelude::*;
 
 use halflight_image::memory::{self, NotEnough};
-use state::State;
+use state::{State, planes};
 use tracer::Tracer;
 
 mod state;
@@ -197,14 +198,14 @@ fn of_centres(
     every_pixel(width, height).builder(prepared).build()?;
     let (scene, bvh) = (prepared.scene(), prepared.bvh());
     let what = format!("a reference of {width}x{height} pixels under {} lights", scene.lights.len());
-    memory::check(what, config.bytes_needed(scene.lights.len()))?;
+    memory::check(what, config.bytes_needed(planes(scene, scene.lights.len()).start))?;
     let seen = seen(prepared, [width, height]);
     let (lights, _) = flush::separate_lights(scene, Some(bvh));
     let scene = &Scene { lights, ..Scene::clone(scene) };
 
     let key = state::key(scene, config);
     let path = cache_dir.map(|folder| folder.join(format!("reference-{key:016x}.state")));
-    let mut state = State::new(key, seen.pixels(), scene.lights.len());
+    let mut state = State::new(key, seen.pixels(), planes(scene, scene.lights.len()).start);
     if let Some(path) = &path {
         state.load(path)?;
     }
@@ -237,12 +238,20 @@ fn finish(scene: &Scene, seen: &GBuffer, state: &State) -> Result<Reference, Ref
         let pixel = |pixel: usize| {
             let Some(receiver) = seen.receiver(pixel) else { return Vec3::ZERO };
             let light = |(number, light): (usize, &AreaLight)| {
-                let total = |side: usize| -> f64 {
-                    halves.iter().map(|&half| state.totals(half, number)[pixel][side]).sum()
+                let fraction = |plane: usize| {
+                    let total = |side: usize| -> f64 {
+                        halves.iter().map(|&half| state.totals(half, plane)[pixel][side]).sum()
+                    };
+                    let (visible, all) = (total(0), total(1));
+                    if all > 0.0 { (visible / all) as f32 } else { 0.0 }
                 };
-                let (visible, all) = (total(0), total(1));
-                let fraction = if all > 0.0 { (visible / all) as f32 } else { 0.0 };
-                light.radiance * (unshadowed(light, receiver.origin, receiver.normal) * fraction)
+                let planes = planes(scene, number);
+                let fractions = if planes.len() == 3 {
+                    Vec3::from_array([0, 1, 2].map(|channel| fraction(planes.start + channel)))
+                } else {
+                    Vec3::splat(fraction(planes.start))
+                };
+                light.radiance * (unshadowed(light, receiver.origin, receiver.normal) * fractions)
             };
             scene.lights.iter().enumerate().map(light).sum()
         };
@@ -284,10 +293,17 @@ fn finish(scene: &Scene, seen: &GBuffer, state: &State) -> Result<Reference, Ref
 
 /// Returns the visible fraction of the unshadowed light at each pixel of an image.
 fn visible_fractions(scene: &Scene, seen: &GBuffer, irradiance: &[Vec3]) -> Vec<f32> {
+    let pictures: Vec<Option<SeenPicture>> =
+        (0..scene.lights.len()).map(|light| SeenPicture::of(scene, light)).collect();
     let fraction = |(pixel, visible): (usize, &Vec3)| {
         let receiver = seen.receiver(pixel)?;
-        let all = |light: &AreaLight| light.radiance * unshadowed(light, receiver.origin, receiver.normal);
-        let all = luminance(scene.lights.iter().map(all).sum::<Vec3>().into());
+        let all = |(number, light): (usize, &AreaLight)| {
+            let picture = pictures[number]
+                .as_ref()
+                .map_or(Vec3::ONE, |picture| picture.mean_seen(receiver.origin, receiver.normal));
+            light.radiance * picture * unshadowed(light, receiver.origin, receiver.normal)
+        };
+        let all = luminance(scene.lights.iter().enumerate().map(all).sum::<Vec3>().into());
         (all > 0.0).then(|| (luminance((*visible).into()) / all) as f32)
     };
     irradiance.par_iter().enumerate().map(|pixel| fraction(pixel).unwrap_or(0.0)).collect()

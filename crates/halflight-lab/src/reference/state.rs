@@ -1,11 +1,12 @@
 //! The sums of a reference in progress, in memory and on disk.
 
 use std::hash::Hasher as _;
+use std::ops::Range;
 use std::path::Path;
 
 use fnv::FnvHasher;
 use glam::Vec2;
-use halflight_core::light::{Parallelogram, Shape};
+use halflight_core::light::{AreaLight, Parallelogram, Shape};
 use halflight_core::scene::Scene;
 use halflight_metrics::{WriteError, check_output, write_file};
 
@@ -14,10 +15,17 @@ use super::{PASS, ReferenceConfig, ReferenceError};
 /// First bytes of every state file; changed whenever older sums would not be continued in the same way.
 const MAGIC: [u8; 8] = *b"HLREF 1\n";
 
-/// Number of bytes before the sums: magic, key, passes, pixels, lights.
+/// Number of bytes before the sums: magic, key, passes, pixels, planes.
 const HEADER: usize = 40;
 
-/// `[Σ g V, Σ g]` of every pixel, for each half and light.
+/// Planes of a light's sums: one, or those of red, green and blue of a light with a picture.
+pub(super) fn planes(scene: &Scene, light: usize) -> Range<usize> {
+    let channels = |light: &AreaLight| if light.texture.is_some() { 3 } else { 1 };
+    let first = scene.lights[..light].iter().map(channels).sum();
+    first..first + scene.lights.get(light).map_or(0, channels)
+}
+
+/// `[Σ l g V, Σ g]` of every pixel, for each half and plane; `l` are the texels of a light with a picture, else 1.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct State {
     /// Hash of the image that the sums belong to.
@@ -25,21 +33,21 @@ pub(super) struct State {
     /// Number of passes added so far.
     pub(super) passes: u32,
     pixels: usize,
-    lights: usize,
+    planes: usize,
     totals: Vec<[f64; 2]>,
 }
 
 impl State {
-    pub(super) fn new(key: u64, pixels: usize, lights: usize) -> Self {
-        Self { key, passes: 0, pixels, lights, totals: vec![[0.0; 2]; 2 * lights * pixels] }
+    pub(super) fn new(key: u64, pixels: usize, planes: usize) -> Self {
+        Self { key, passes: 0, pixels, planes, totals: vec![[0.0; 2]; 2 * planes * pixels] }
     }
 
-    pub(super) fn totals(&self, half: usize, light: usize) -> &[[f64; 2]] {
-        &self.totals[(half * self.lights + light) * self.pixels..][..self.pixels]
+    pub(super) fn totals(&self, half: usize, plane: usize) -> &[[f64; 2]] {
+        &self.totals[(half * self.planes + plane) * self.pixels..][..self.pixels]
     }
 
-    pub(super) fn totals_mut(&mut self, half: usize, light: usize) -> &mut [[f64; 2]] {
-        &mut self.totals[(half * self.lights + light) * self.pixels..][..self.pixels]
+    pub(super) fn totals_mut(&mut self, half: usize, plane: usize) -> &mut [[f64; 2]] {
+        &mut self.totals[(half * self.planes + plane) * self.pixels..][..self.pixels]
     }
 
     /// Makes the folder of a state, and makes sure that the state can be saved in it.
@@ -52,7 +60,7 @@ impl State {
     }
 
     pub(super) fn save(&self, path: &Path) -> Result<(), ReferenceError> {
-        let numbers = [self.key, u64::from(self.passes), self.pixels as u64, self.lights as u64];
+        let numbers = [self.key, u64::from(self.passes), self.pixels as u64, self.planes as u64];
         let totals = self.totals.as_flattened();
         let mut content = Vec::with_capacity(HEADER + 8 * totals.len() + 8);
         content.extend(MAGIC);
@@ -75,7 +83,7 @@ impl State {
         let Some(saved) = Self::decode(&bytes) else {
             return fault("it is damaged or from another version".to_owned());
         };
-        if (saved.key, saved.pixels, saved.lights) != (self.key, self.pixels, self.lights) {
+        if (saved.key, saved.pixels, saved.planes) != (self.key, self.pixels, self.planes) {
             return fault("it belongs to another image".to_owned());
         }
         *self = saved;
@@ -94,15 +102,15 @@ impl State {
             Some(u64::from_le_bytes(*header.get(8 + 8 * index..)?.first_chunk()?))
         };
         let (key, passes) = (number(0)?, u32::try_from(number(1)?).ok()?);
-        let (pixels, lights) = (usize::try_from(number(2)?).ok()?, usize::try_from(number(3)?).ok()?);
-        let expected = pixels.checked_mul(lights)?.checked_mul(2 * size_of::<[f64; 2]>())?;
+        let (pixels, planes) = (usize::try_from(number(2)?).ok()?, usize::try_from(number(3)?).ok()?);
+        let expected = pixels.checked_mul(planes)?.checked_mul(2 * size_of::<[f64; 2]>())?;
         if totals.len() != expected {
             return None;
         }
         let (numbers, _) = totals.as_chunks::<8>();
         let numbers: Vec<f64> = numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
         let (totals, _) = numbers.as_chunks::<2>();
-        Some(Self { key, passes, pixels, lights, totals: totals.to_vec() })
+        Some(Self { key, passes, pixels, planes, totals: totals.to_vec() })
     }
 }
 
@@ -123,6 +131,14 @@ pub(super) fn key(scene: &Scene, config: &ReferenceConfig) -> u64 {
             words(&vector.to_array().map(f32::to_bits));
         }
         words(&[u32::from(light.two_sided)]);
+        if let Some(place) = light.texture {
+            words(&[u32::from(place.transposed)]);
+            let texture = scene.light_textures.get(place.index as usize);
+            words(&texture.map_or([0; 2], |texture| [texture.width(), texture.height()]));
+            for texel in texture.into_iter().flat_map(|texture| texture.texels()) {
+                words(&texel.to_array().map(f32::to_bits));
+            }
+        }
     }
     let camera = &scene.camera;
     for vector in [camera.eye, camera.target, camera.up] {

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
 use halflight_core::fragment::Fragments;
 use halflight_core::frame::{Frame, LightSampling, Sharing};
 use halflight_core::gbuffer::GBuffer;
@@ -10,14 +11,14 @@ use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::Scene;
 use halflight_core::stages::Refiner;
 use halflight_cpu::bvh::Bvh;
-use halflight_cpu::irradiance::{Sums, query_sums};
+use halflight_cpu::irradiance::{Sums, picture_sums, query_sums};
 use halflight_cpu::rays::BvhRays;
 use halflight_cpu::refine::PerPixel;
 use halflight_cpu::requests::Requests;
 use rayon::prelude::*;
 
 use super::PASS;
-use super::state::State;
+use super::state::{State, planes};
 
 /// Stages and buffers that are kept between passes.
 pub(super) struct Tracer<'a> {
@@ -28,7 +29,7 @@ pub(super) struct Tracer<'a> {
     refiner: PerPixel,
     rays: BvhRays,
     fragments: Fragments,
-    sums: Vec<(u32, Sums)>,
+    sums: Vec<(u32, Sums, Vec3)>,
 }
 
 impl<'a> Tracer<'a> {
@@ -59,20 +60,29 @@ impl<'a> Tracer<'a> {
         };
         let half = (state.passes % 2) as usize;
         for (number, light) in self.scene.lights.iter().enumerate() {
+            let picture = frame.picture(number as u32);
             self.fragments.reset(self.seen.width, self.seen.height, number as u32);
             let mut rays = Requests::new(&mut self.rays);
             self.refiner.refine(&frame, number as u32, &mut rays, &mut self.fragments);
             let fragments = &self.fragments;
             let sums = fragments.samples().par_iter().map(|sample| {
                 let batch = fragments.batch(sample.batch);
-                (sample.pixel, query_sums(light, batch, sample.first as usize, usize::from(sample.probes)))
+                let (first, count) = (sample.first as usize, usize::from(sample.probes));
+                let sums = query_sums(light, batch, first, count);
+                let visible = match &picture {
+                    Some(picture) => picture_sums(light, picture, batch, first, count).0,
+                    None => Vec3::splat(sums.visible),
+                };
+                (sample.pixel, sums, visible)
             });
             sums.collect_into_vec(&mut self.sums);
-            let totals = state.totals_mut(half, number);
-            for &(pixel, sums) in &self.sums {
-                let total = &mut totals[pixel as usize];
-                total[0] += f64::from(sums.visible);
-                total[1] += f64::from(sums.all);
+            for (channel, plane) in planes(self.scene, number).enumerate() {
+                let totals = state.totals_mut(half, plane);
+                for &(pixel, sums, visible) in &self.sums {
+                    let total = &mut totals[pixel as usize];
+                    total[0] += f64::from(visible[channel]);
+                    total[1] += f64::from(sums.all);
+                }
             }
         }
         state.passes += 1;

@@ -23,6 +23,7 @@ impl Set {
                 fov_y_deg: 50.0,
                 ..Camera::default()
             },
+            ..Scene::default()
         })
     }
 

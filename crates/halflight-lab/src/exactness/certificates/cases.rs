@@ -5,7 +5,7 @@ use halflight_core::hash;
 use halflight_core::light::AreaLight;
 use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::{Pattern, PatternKind};
-use halflight_core::scene::{Camera, MIN_DIAGONAL, Material, Mesh, Scene};
+use halflight_core::scene::{MIN_DIAGONAL, Material, Mesh, Scene};
 use std::sync::Arc;
 
 /// Receivers of a group: as many as beams take together.
@@ -85,7 +85,7 @@ impl Cases {
         for (pixel, (&origin, &key)) in group.origins.iter().zip(&group.keys).enumerate() {
             batch.push(place(origin), Vec3::Y, pixel as u32, key, None);
         }
-        (Scene { mesh: Arc::new(mesh), lights: vec![light], camera: Camera::default() }, batch)
+        (Scene { mesh: Arc::new(mesh), lights: vec![light], ..Scene::default() }, batch)
     }
 }
 
