@@ -78,7 +78,7 @@ fn a_picture_of_one_colour_is_a_uniform_light_bit_for_bit() {
         contact(vec![AreaLight { radiance: lamp().radiance * factor, ..lamp() }], vec![]),
     );
     for refiner in [RefinerConfig::PerPixel, RefinerConfig::Lattice(Quality::Good.lattice())] {
-        let [a, b] = [&with, &without].map(|stage| render(stage, refiner.clone(), Shading::Ratio, 64));
+        let [a, b] = [&with, &without].map(|stage| render(stage, refiner, Shading::Ratio, 64));
         assert_eq!(a.irradiance, b.irradiance);
     }
 }
@@ -115,7 +115,7 @@ fn a_picture_is_the_sum_of_its_texels() {
         (RefinerConfig::Lattice(Quality::Good.lattice()), Shading::Ratio, 64, 1e-4),
         (RefinerConfig::Lattice(Quality::Final.lattice()), Shading::Ratio, 64, 1e-5),
     ] {
-        let found = nmse2(&render(&whole, refiner.clone(), shading, samples), &expected);
+        let found = nmse2(&render(&whole, refiner, shading, samples), &expected);
         assert!(found < most, "{refiner:?} {shading:?} {samples}: {found:e}");
     }
 }
@@ -152,7 +152,7 @@ fn every_refiner_and_backend_renders_pictures() {
     let expected = render(&contact(pieces(), vec![]), RefinerConfig::PerPixel, Shading::Ratio, 1024);
     for refiner in ["nichols", "sfvt-gass", "per-pixel", "lattice"] {
         let refiner = <RefinerConfig as halflight::config::Named>::named(refiner).unwrap();
-        let error = nmse2(&render(&whole, refiner.clone(), Shading::Ratio, 64), &expected);
+        let error = nmse2(&render(&whole, refiner, Shading::Ratio, 64), &expected);
         assert!(error < 2e-2, "{refiner:?}: {error:e}");
     }
     for visibility in ["bvh", "beam", "raster4d"] {

@@ -122,9 +122,8 @@ impl Kernel for Mean<'_> {
                 let [x, y, z] = [0, 1, 2].map(|axis| S::Wide::load(&grid.centres[axis][at..]));
                 let terms = geometry_terms::<S::Wide>(Vector { x, y, z }.sub(origin), normal, facing);
                 sums[3][part] = sums[3][part].add(terms);
-                for channel in 0..3 {
-                    let light = terms.mul(S::Wide::load(&grid.rgb[channel][at..]));
-                    sums[channel][part] = sums[channel][part].add(light);
+                for (sum, channel) in sums.iter_mut().zip(&grid.rgb) {
+                    sum[part] = sum[part].add(terms.mul(S::Wide::load(&channel[at..])));
                 }
             }
         }
