@@ -19,7 +19,13 @@ fn bench(c: &mut Criterion) {
     let sharing = Sharing::Fragment;
     let frame = Frame { scene: &scene, gbuffer, pyramid: &pyramid, pattern, sharing, index: 0, seed: 0 };
     let mut values = Values::default();
-    evaluate(&frame, pipeline.fragments(), Shading::Ratio, &[], &mut values);
+    evaluate(
+        &frame,
+        pipeline.fragments(),
+        Shading::Ratio,
+        &halflight::stages::RefineOutput::default(),
+        &mut values,
+    );
     let mut out = vec![0.0; gbuffer.pixels()];
     let mut group = c.benchmark_group("upsample");
     group.sample_size(20);

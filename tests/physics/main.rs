@@ -4,6 +4,7 @@
 
 mod flush_lights;
 mod half_plane;
+mod light_shapes;
 mod open_floor;
 mod smooth_sphere;
 mod textured_lights;

@@ -6,7 +6,7 @@ use halflight::config::{PipelineConfig, RefinerConfig, VisibilityConfig};
 use halflight::frame::LightSampling;
 use halflight::glam::Vec3;
 use halflight::irradiance::Shading;
-use halflight::light::{AreaLight, Parallelogram, Shape};
+use halflight::light::{AreaLight, LightFrame, Parallelogram, Shape};
 use halflight::light_texture::LightTexture;
 use halflight::pipeline::Image;
 use halflight::refine::Quality;
@@ -26,9 +26,9 @@ fn lamp() -> AreaLight {
 
 /// Cell of a lamp: column `x` from `edge_u`'s start, row `y` from `edge_v`'s start, of `columns` × `rows`.
 fn cell(lamp: &AreaLight, [x, y]: [u32; 2], [columns, rows]: [u32; 2], factor: Vec3) -> AreaLight {
-    let Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v }) = lamp.shape;
-    let (edge_u, edge_v) = (edge_u / columns as f32, edge_v / rows as f32);
-    let corner = corner + edge_u * x as f32 + edge_v * y as f32;
+    let LightFrame { origin, u, v } = lamp.frame();
+    let (edge_u, edge_v) = (u / columns as f32, v / rows as f32);
+    let corner = origin + edge_u * x as f32 + edge_v * y as f32;
     let shape = Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v });
     AreaLight { shape, radiance: lamp.radiance * factor, ..*lamp }
 }

@@ -1,8 +1,15 @@
 //! Area lights: their shapes, and points on them.
 
+mod extent;
+mod polygon;
+
+use std::f32::consts::FRAC_PI_4;
+
 use glam::{Vec2, Vec3};
 
 use crate::limits::MAX_COORDINATE;
+pub use extent::Extent;
+pub use polygon::{Polygon, PolygonError};
 
 /// Surface that emits along its normal: a uniform radiance, or one times a picture.
 ///
@@ -35,6 +42,22 @@ pub struct TexturePlace {
 pub enum Shape {
     /// Parallelogram.
     Parallelogram(Parallelogram),
+    /// Disk or ellipse.
+    Ellipse(Ellipse),
+    /// Convex polygon.
+    Polygon(Polygon),
+}
+
+/// Ellipse `centre + cos t · axis_u + sin t · axis_v`, a disk where the axes are perpendicular and equally long. It emits along
+/// `cross(axis_u, axis_v)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ellipse {
+    /// Centre, world space, metres.
+    pub centre: Vec3,
+    /// Vector from the centre to the edge, metres.
+    pub axis_u: Vec3,
+    /// Other vector from the centre to the edge, metres; not parallel to `axis_u`.
+    pub axis_v: Vec3,
 }
 
 /// Parallelogram that emits along `cross(edge_u, edge_v)`.
@@ -50,8 +73,8 @@ pub struct Parallelogram {
 
 /// Parallelogram that contains a light, in the light's plane: all samples have coordinates 0 … 1 along `u` and `v`.
 ///
-/// `cross(u, v)` points to the emitting side. Coordinates in the frame are those of the sample pattern only where
-/// [`AreaLight::strata_are_rectangles`]; other shapes map the pattern's unit square to a part of the frame.
+/// `cross(u, v)` points to the emitting side. Coordinates in the frame are those of the sample pattern. Samples outside the light's
+/// [extent](AreaLight::extent) are never asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightFrame {
     /// Corner with the coordinates 0, 0, world space, metres.
@@ -96,6 +119,12 @@ pub enum LightError {
         /// Number of pictures of the scene.
         count: usize,
     },
+    /// Only parallelograms have pictures.
+    #[error("light {index} has a picture and is no parallelogram: only parallelograms have pictures")]
+    TexturedShape {
+        /// Index of the light in the scene.
+        index: usize,
+    },
     /// Radiance below zero.
     #[error("light {index} has a negative radiance")]
     Negative {
@@ -123,6 +152,29 @@ impl AreaLight {
         Self { texture: Some(TexturePlace { index, transposed: false }), ..self }
     }
 
+    /// Creates an ellipse; see [`Ellipse`].
+    pub const fn ellipse(centre: Vec3, axis_u: Vec3, axis_v: Vec3, radiance: Vec3) -> Self {
+        let shape = Shape::Ellipse(Ellipse { centre, axis_u, axis_v });
+        Self { shape, radiance, two_sided: false, texture: None }
+    }
+
+    /// Creates a disk that emits along `normal`, which need not have length 1.
+    pub fn disk(centre: Vec3, normal: Vec3, radius: f32, radiance: Vec3) -> Self {
+        let (u, v) = normal.normalize_or(Vec3::Y).any_orthonormal_pair();
+        // The pair may be left-handed.
+        let v = if u.cross(v).dot(normal) < 0.0 { -v } else { v };
+        Self::ellipse(centre, u * radius, v * radius, radiance)
+    }
+
+    /// Creates a convex polygon; see [`Polygon::new`].
+    ///
+    /// # Errors
+    /// The corners are no convex polygon.
+    pub fn polygon(corners: &[Vec3], radiance: Vec3) -> Result<Self, PolygonError> {
+        let shape = Shape::Polygon(Polygon::new(corners)?);
+        Ok(Self { shape, radiance, two_sided: false, texture: None })
+    }
+
     /// Parallelogram that contains the light.
     #[inline]
     pub fn frame(&self) -> LightFrame {
@@ -130,40 +182,62 @@ impl AreaLight {
             Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v }) => {
                 LightFrame { origin: corner, u: edge_u, v: edge_v }
             }
+            Shape::Ellipse(Ellipse { centre, axis_u, axis_v }) => {
+                LightFrame { origin: centre - axis_u - axis_v, u: axis_u * 2.0, v: axis_v * 2.0 }
+            }
+            Shape::Polygon(polygon) => polygon.frame(),
         }
     }
 
-    /// True if a point's coordinates in the frame are its coordinates in the sample pattern: strata of the pattern are
-    /// then equal parallelograms in the frame, and rows of samples are straight.
-    #[inline]
-    pub fn strata_are_rectangles(&self) -> bool {
-        match self.shape {
-            Shape::Parallelogram(_) => true,
-        }
-    }
-
-    /// World-space point at `uv` in the unit square of the sample pattern. Equal areas of the square are equal areas of
-    /// the light.
+    /// World-space point at `uv` in the unit square of the sample pattern, which are its coordinates in the frame. Equal areas of the square are
+    /// equal areas of the frame; points that the light does not [contain](Self::extent) emit nothing.
     #[inline]
     pub fn point(&self, uv: Vec2) -> Vec3 {
         match self.shape {
             Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v }) => {
                 corner + edge_u * uv.x + edge_v * uv.y
             }
+            Shape::Ellipse(_) | Shape::Polygon(_) => {
+                let LightFrame { origin, u, v } = self.frame();
+                origin + u * uv.x + v * uv.y
+            }
         }
     }
 
-    /// Normal of the emitting side with the length of the light's area, m².
+    /// Part of the frame that emits.
+    #[inline]
+    pub fn extent(&self) -> Extent {
+        match &self.shape {
+            Shape::Parallelogram(_) => Extent::Whole,
+            Shape::Ellipse(_) => Extent::Ellipse,
+            Shape::Polygon(polygon) => Extent::Polygon(polygon.sides()),
+        }
+    }
+
+    /// Normal of the emitting side with the length of the frame's area, m².
     #[inline]
     pub fn vector_area(&self) -> Vec3 {
         match self.shape {
             Shape::Parallelogram(Parallelogram { edge_u, edge_v, .. }) => edge_u.cross(edge_v),
+            Shape::Ellipse(_) | Shape::Polygon(_) => {
+                let LightFrame { u, v, .. } = self.frame();
+                u.cross(v)
+            }
         }
+    }
+
+    /// Area of the frame in m².
+    pub fn frame_area(&self) -> f32 {
+        self.vector_area().length()
     }
 
     /// Area in m².
     pub fn area(&self) -> f32 {
-        self.vector_area().length()
+        match &self.shape {
+            Shape::Parallelogram(_) => self.frame_area(),
+            Shape::Ellipse(_) => self.frame_area() * FRAC_PI_4,
+            Shape::Polygon(polygon) => polygon.area(),
+        }
     }
 
     /// Unit normal of the emitting side.
@@ -214,6 +288,12 @@ impl AreaLight {
                     edge_v: direction(edge_v),
                 })
             }
+            Shape::Ellipse(Ellipse { centre, axis_u, axis_v }) => Shape::Ellipse(Ellipse {
+                centre: point(centre),
+                axis_u: direction(axis_u),
+                axis_v: direction(axis_v),
+            }),
+            Shape::Polygon(polygon) => Shape::Polygon(polygon.transformed(point, direction)),
         };
         Self { shape, ..*self }
     }
@@ -234,6 +314,10 @@ impl AreaLight {
                 let (edge_u, edge_v) = (edge_u * factor, edge_v * factor);
                 Self { shape: Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v }), ..*self }
             }
+            Shape::Ellipse(_) | Shape::Polygon(_) => {
+                let centre = self.centre();
+                self.transformed(|point| centre + (point - centre) * factor, |direction| direction * factor)
+            }
         }
     }
 
@@ -245,6 +329,10 @@ impl AreaLight {
             Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v }) => {
                 Shape::Parallelogram(Parallelogram { corner, edge_u: edge_v, edge_v: edge_u })
             }
+            Shape::Ellipse(Ellipse { centre, axis_u, axis_v }) => {
+                Shape::Ellipse(Ellipse { centre, axis_u: axis_v, axis_v: axis_u })
+            }
+            Shape::Polygon(polygon) => Shape::Polygon(polygon.reversed()),
         };
         Self { shape, texture: self.texture.map(transpose), ..*self }
     }
@@ -264,6 +352,9 @@ impl AreaLight {
         }
         if self.radiance.min_element() < 0.0 {
             return Err(LightError::Negative { index });
+        }
+        if self.texture.is_some() && self.extent() != Extent::Whole {
+            return Err(LightError::TexturedShape { index });
         }
         let (u, v) = (u.as_dvec3(), v.as_dvec3());
         // Relative, so that lights of any scale pass: the sine of the angle between the edges.
@@ -292,7 +383,6 @@ mod tests {
             let point = LIGHT.point(uv);
             assert!(point.cmpge(low).all() && point.cmple(high).all());
             let LightFrame { origin, u, v } = LIGHT.frame();
-            assert!(LIGHT.strata_are_rectangles());
             assert_eq!(point, origin + u * uv.x + v * uv.y);
         }
         assert_eq!(LIGHT.corners().map(|corner| LIGHT.side(corner)), [0.0; 4]);
@@ -316,5 +406,34 @@ mod tests {
         assert_eq!(doubled.point(uv), LIGHT.point(uv) * 2.0);
         let scaled = LIGHT.scaled(0.5);
         assert_eq!((scaled.centre(), scaled.area()), (LIGHT.centre(), 1.0));
+    }
+
+    #[test]
+    fn shapes_lie_in_their_frames_and_have_their_areas() {
+        let disk = AreaLight::disk(Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.0, -2.0, 0.5), 0.5, Vec3::ONE);
+        let corners =
+            [Vec3::ZERO, Vec3::new(2.0, 0.0, 0.0), Vec3::new(3.0, 0.0, -2.0), Vec3::new(0.5, 0.0, -3.0)];
+        let polygon = AreaLight::polygon(&corners, Vec3::ONE).unwrap();
+        assert!(disk.normal().abs_diff_eq(Vec3::new(0.0, -2.0, 0.5).normalize(), 1e-6));
+        assert!(polygon.normal().abs_diff_eq(Vec3::Y, 1e-6));
+        for light in [disk, polygon] {
+            let (extent, side) = (light.extent(), 400);
+            let inside = |index: i32| {
+                let uv = Vec2::new((index % side) as f32 + 0.5, (index / side) as f32 + 0.5) / side as f32;
+                extent.contains(uv)
+            };
+            let share = (0..side * side).filter(|&index| inside(index)).count() as f32 / (side * side) as f32;
+            assert!((share * light.frame_area() / light.area() - 1.0).abs() < 3e-3, "{light:?}");
+            assert_eq!(light.validate(0), Ok(()));
+            assert_eq!(light.textured(0).validate(3), Err(LightError::TexturedShape { index: 3 }));
+            let back = light.reversed();
+            assert!(back.normal().abs_diff_eq(-light.normal(), 1e-6));
+            assert!((back.area() / light.area() - 1.0).abs() < 1e-6);
+            assert!((light.scaled(2.0).area() / light.area() - 4.0).abs() < 1e-5);
+            let moved = light.moved(Vec3::X);
+            assert!((moved.centre() - light.centre()).abs_diff_eq(Vec3::X, 1e-6));
+            let uv = Vec2::new(0.25, 0.75);
+            assert!((moved.point(uv) - light.point(uv)).abs_diff_eq(Vec3::X, 1e-6));
+        }
     }
 }

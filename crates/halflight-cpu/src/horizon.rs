@@ -1,7 +1,8 @@
-//! Takes samples below the receiver's or the light's horizon out of a batch before it is traced.
+//! Takes samples below the receiver's or the light's horizon, and those beside a light that is no parallelogram, out of a batch before it is
+//! traced.
 
 use glam::Vec3;
-use halflight_core::light::AreaLight;
+use halflight_core::light::{AreaLight, Extent};
 use halflight_core::mask::{MaskBatch, Query};
 use halflight_core::pattern::Pattern;
 use rayon::prelude::*;
@@ -51,12 +52,15 @@ impl Kernel for Cull<'_> {
     fn run<S: Simd>(self) -> Culled {
         let Self { light, pattern, queries, wanted, words } = self;
         let mut culled = Culled::default();
-        let corners = light.corners();
+        let (corners, extent) = (light.corners(), light.extent());
         let light_normal = light.normal();
         for (query, wanted) in queries.iter().zip(wanted.chunks_mut(words)) {
             let asked: u32 = wanted.iter().map(|word| word.count_ones()).sum();
             let above =
                 corners.iter().filter(|&&corner| query.normal.dot(corner - query.origin) > 0.0).count();
+            if extent != Extent::Whole {
+                clear_beside(&extent, pattern, query, wanted);
+            }
             match facing(light, light_normal, query.origin) {
                 // Between the corners all of the light is above the horizon if they are, and below if they are.
                 Some(_) if above == corners.len() => {}
@@ -68,6 +72,20 @@ impl Kernel for Cull<'_> {
             culled.skipped += u64::from(asked - traced);
         }
         culled
+    }
+}
+
+/// Clears the bits of samples that the light does not contain.
+fn clear_beside(extent: &Extent, pattern: Pattern, query: &Query, wanted: &mut [u64]) {
+    for (word, wanted) in wanted.iter_mut().enumerate() {
+        let mut left = *wanted;
+        while left != 0 {
+            let bit = left.trailing_zeros() as usize;
+            left &= left - 1;
+            if !extent.contains(pattern.position(word * 64 + bit, query.key)) {
+                *wanted &= !(1 << bit);
+            }
+        }
     }
 }
 

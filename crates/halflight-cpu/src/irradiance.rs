@@ -39,7 +39,7 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Irradiance per unit radiance of a light of this area (m²); 0 when there are no samples.
+    /// Irradiance per unit radiance of a light whose frame has this area (m²); 0 when there are no samples.
     pub fn sampled(&self, area: f32) -> f32 {
         if self.count == 0 { 0.0 } else { area * self.visible / self.count as f32 }
     }
@@ -191,7 +191,7 @@ pub fn sampled_picture(
     count: usize,
 ) -> Vec3 {
     let (sum, asked) = picture_sums(light, picture, batch, first, count);
-    if asked == 0 { Vec3::ZERO } else { sum * (light.area() / asked as f32) }
+    if asked == 0 { Vec3::ZERO } else { sum * (light.frame_area() / asked as f32) }
 }
 
 /// Computes the value of every sample: in one channel, or in three where the light has a picture. `known` are what the refiner has found
@@ -267,7 +267,7 @@ fn evaluate_uniform(
 ) {
     let known = if shading == Shading::Ratio { known } else { &[] };
     let light = frame.light(fragments.light());
-    let area = light.area();
+    let area = light.frame_area();
     let value = |sample: &Sample| {
         if sample.probes == 0 {
             // Found to receive nothing, without asking: no irradiance, and a fraction that does not exist.

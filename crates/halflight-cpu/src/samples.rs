@@ -1,7 +1,7 @@
 //! Positions of light samples, a vector of samples at a time.
 
 use glam::Vec3;
-use halflight_core::light::{AreaLight, Parallelogram, Shape};
+use halflight_core::light::AreaLight;
 use halflight_core::pattern::{Pattern, PatternKind};
 
 use crate::simd::Lanes;
@@ -47,13 +47,10 @@ pub(crate) fn points<L: Lanes>(light: &AreaLight, pattern: Pattern, key: u32, fi
     };
     let u = column.add(du).mul(scale_u);
     let v = row.add(dv).mul(scale_v);
-    match light.shape {
-        Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v }) => {
-            let along = Vector::splat(edge_u).mul(Vector { x: u, y: u, z: u });
-            let across = Vector::splat(edge_v).mul(Vector { x: v, y: v, z: v });
-            Vector::splat(corner).add(along).add(across)
-        }
-    }
+    let frame = light.frame();
+    let along = Vector::splat(frame.u).mul(Vector { x: u, y: u, z: u });
+    let across = Vector::splat(frame.v).mul(Vector { x: v, y: v, z: v });
+    Vector::splat(frame.origin).add(along).add(across)
 }
 
 /// Geometry terms `cosθx cosθy / r²` of samples at `d` relative to the receiver, 0 below either horizon;

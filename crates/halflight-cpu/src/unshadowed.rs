@@ -1,10 +1,12 @@
 //! Unshadowed irradiance of a light, by its shape.
 
 mod arctangent;
+mod ellipse;
 mod parallelogram;
+mod polygon;
 
-use glam::{Vec2, Vec3};
-use halflight_core::light::{AreaLight, Shape};
+use glam::{DVec3, Vec2, Vec3};
+use halflight_core::light::{AreaLight, Extent, Shape};
 
 use crate::multiversion::multiversion;
 
@@ -23,6 +25,28 @@ pub fn unshadowed(light: &AreaLight, origin: Vec3, normal: Vec3) -> f32 {
 pub fn unshadowed_many(light: &AreaLight, origins: &[Vec3], normals: &[Vec3], out: &mut [f32]) {
     match &light.shape {
         Shape::Parallelogram(shape) => parallelogram::irradiance(light, shape, origins, normals, out),
+        Shape::Ellipse(shape) => each(light, origins, normals, out, |o, n| ellipse::flux(shape, o, n)),
+        Shape::Polygon(shape) => {
+            each(light, origins, normals, out, |o, n| polygon::flux(shape.corners(), o, n))
+        }
+    }
+}
+
+/// Irradiance per unit radiance of receivers one by one. `flux` is ½ ∮ n · (r × dr) / r² around the light for a receiver, double precision: positive
+/// behind the light.
+fn each(
+    light: &AreaLight,
+    origins: &[Vec3],
+    normals: &[Vec3],
+    out: &mut [f32],
+    flux: impl Fn(DVec3, DVec3) -> f64,
+) {
+    let (corner, facing) = (light.frame().origin.as_dvec3(), light.vector_area().as_dvec3());
+    for (out, (origin, normal)) in out.iter_mut().zip(origins.iter().zip(normals)) {
+        let (origin, normal) = (origin.as_dvec3(), normal.as_dvec3());
+        let side = facing.dot(origin - corner);
+        let lit = normal != DVec3::ZERO && if light.two_sided { side != 0.0 } else { side > 0.0 };
+        *out = if lit { (-flux(origin, normal) * side.signum()).max(0.0) as f32 } else { 0.0 };
     }
 }
 
@@ -40,6 +64,10 @@ multiversion! {
     /// For up to [`LANES`] receivers.
     fn rough(light: &AreaLight, origins: &[Vec3], normals: &[Vec3], out: &mut [f32]) {
         let facing = light.vector_area();
+        let share = match light.extent() {
+            Extent::Whole => 1.0,
+            Extent::Ellipse | Extent::Polygon(_) => light.area() / light.frame_area(),
+        };
         let (mut o, mut n) = ([[0.0f32; LANES]; 3], [[0.0f32; LANES]; 3]);
         for (lane, (origin, normal)) in origins.iter().zip(normals).enumerate().take(LANES) {
             for axis in 0..3 {
@@ -60,7 +88,7 @@ multiversion! {
         }
         for (out, sum) in out.iter_mut().zip(sum) {
             // No irradiance is above that of a whole sky.
-            *out = (0.25 * sum).min(std::f32::consts::PI);
+            *out = (0.25 * share * sum).min(std::f32::consts::PI);
         }
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use halflight_core::frame::LightSampling;
-use halflight_core::light::AreaLight;
+use halflight_core::light::{AreaLight, Extent};
 use halflight_core::pattern::Pattern;
 use halflight_core::scene::{Camera, Mesh, Scene};
 use halflight_core::subpixel;
@@ -104,7 +104,7 @@ impl Renderer {
         check_limits(&device.limits())?;
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
         let (lights, flush) = separate_lights(scene, None);
-        refuse_pictures(&lights)?;
+        refuse_lights(&lights)?;
         let compiler = Compiler { device, replaced: modules };
         let stages = Stages::new(&compiler, &scene.mesh, config)?;
         let memory = Memory::new(device);
@@ -208,7 +208,7 @@ impl Renderer {
     /// Moves the lights of the scene off the triangles that they are flush with, and makes room for them.
     fn place_lights(&mut self) -> Result<(), GpuError> {
         let (lights, flush) = separate_lights(&self.scene, None);
-        refuse_pictures(&lights)?;
+        refuse_lights(&lights)?;
         let (width, height) = self.size();
         let needs = self.stages.needs(width, height, self.pattern, &lights)?;
         self.buffers.grow(&self.memory, needs)?;
@@ -341,13 +341,14 @@ fn frame_bytes(buffers: &Buffers, frames: &[Frame]) -> Vec<u8> {
     bytes
 }
 
-/// Refuses lights with pictures of more than one colour.
-fn refuse_pictures(lights: &[AreaLight]) -> Result<(), GpuError> {
-    match lights.iter().any(|light| light.texture.is_some()) {
-        true => Err(GpuError::Unsupported {
-            stage: "a light with a picture",
-            reason: "render the scene on the CPU, or take the picture off the light",
-        }),
-        false => Ok(()),
-    }
+/// Refuses lights with pictures of more than one colour, and lights that are no parallelograms.
+fn refuse_lights(lights: &[AreaLight]) -> Result<(), GpuError> {
+    let stage = if lights.iter().any(|light| light.texture.is_some()) {
+        "a light with a picture"
+    } else if lights.iter().any(|light| light.extent() != Extent::Whole) {
+        "a light that is no parallelogram"
+    } else {
+        return Ok(());
+    };
+    Err(GpuError::Unsupported { stage, reason: "render the scene on the CPU" })
 }

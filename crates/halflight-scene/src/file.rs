@@ -10,6 +10,7 @@ use toml::de::DeTable;
 use crate::animation::AnimationEntry;
 use crate::camera::read_view;
 use crate::error::SceneError;
+use crate::light_shape::LightShape;
 use crate::picture::PictureEntry;
 use crate::section::{Section, Source, tables};
 use crate::transform::Transform;
@@ -114,14 +115,7 @@ fn read_light(
     index: usize,
     mut section: Section<'_>,
 ) -> Result<(AreaLight, Option<PictureEntry>), SceneError> {
-    let plain = ["corner", "edge_u", "edge_v", "radiance", "two_sided"];
-    section.allow(&[&plain[..], &PictureEntry::KEYS].concat())?;
-    let corner = section.vector("corner")?;
-    let corner = section.require("corner", "[-0.5, 3, -0.5]", corner)?.value;
-    let edge_u = section.vector("edge_u")?;
-    let edge_u = section.require("edge_u", "[1, 0, 0]", edge_u)?.value;
-    let edge_v = section.vector("edge_v")?;
-    let edge_v = section.require("edge_v", "[0, 0, 1]", edge_v)?.value;
+    let shape = LightShape::read(&mut section)?;
     let radiance = section.vector("radiance")?;
     let radiance = section.require("radiance", "[10, 10, 10]", radiance)?;
     let two_sided = section.flag("two_sided")?.is_some_and(|flag| flag.value);
@@ -129,7 +123,7 @@ fn read_light(
         let message = format!("radiance is {}, expected no negative numbers", radiance.value);
         return Err(section.fault(radiance.line, message));
     }
-    let light = AreaLight { two_sided, ..AreaLight::parallelogram(corner, edge_u, edge_v, radiance.value) };
+    let light = AreaLight { two_sided, ..shape.light(&section, radiance.value)? };
     light.validate(index).map_err(|source| SceneError::Light {
         file: section.source.name.to_string(),
         line: section.line,

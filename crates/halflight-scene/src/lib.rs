@@ -16,13 +16,17 @@
 //! corner = [-0.5, 3, -0.5]
 //! edge_u = [1, 0, 0]
 //! edge_v = [0, 0, 1]      # emits along cross(edge_u, edge_v): here down
+//! ## shape = "parallelogram" # optional; instead of corner and edges also:
+//! ## shape = "disk", centre = [0, 3, 0], normal = [0, -1, 0], radius = 0.5
+//! ## shape = "ellipse", centre = [0, 3, 0], axis_u = [0.5, 0, 0], axis_v = [0, 0, 0.3], from the centre; emits along their cross product
+//! ## shape = "polygon", points = [[0, 3, 0], [1, 3, 0], [0.5, 3, 1]], convex; emits to where they run counterclockwise
 //! radiance = [10, 10, 10] # W/m²/sr
 //! two_sided = false       # optional, this is the default
-//! # texture = "screen.png"  # optional: a picture that the radiance is multiplied with, its lower left at the corner, its rows along edge_u;
-//! #                         # "screen-####.png" is a video, of frames with numbers of four digits
-//! # texture_encoding = "auto" # optional: linear in HDR and EXR files, sRGB in others; or "linear", "srgb"
-//! # texture_fps = 24        # optional, of a video, which begins again after its last frame
-//! # texture_stretch = false # optional: true if the picture's aspect ratio is not the light's
+//! ## texture = "screen.png"  # optional: a picture that the radiance is multiplied with, its lower left at the corner, its rows along edge_u;
+//! ##                          # "screen-####.png" is a video, of frames with numbers of four digits
+//! ## texture_encoding = "auto" # optional: linear in HDR and EXR files, sRGB in others; or "linear", "srgb"
+//! ## texture_fps = 24        # optional, of a video, which begins again after its last frame
+//! ## texture_stretch = false # optional: true if the picture's aspect ratio is not the light's
 //!
 //! [[mesh]]
 //! generator = "contact"   # or: file = "mesh.obj" (or .ply), relative to the scene file
@@ -79,6 +83,7 @@ mod file;
 mod folders;
 pub mod generate;
 mod library;
+mod light_shape;
 mod load;
 mod model;
 mod mtl;

@@ -143,6 +143,13 @@ impl<'a> Section<'a> {
         self.read(key, "three finite numbers", vector)
     }
 
+    /// Reads a list of triples of finite numbers.
+    pub(crate) fn vectors(&mut self, key: &str) -> Result<Option<Found<Vec<Vec3>>>, SceneError> {
+        self.read(key, "a list of triples of finite numbers", |value| {
+            value.as_array()?.iter().map(|item| vector(item.get_ref())).collect()
+        })
+    }
+
     /// Reads three finite numbers in double precision.
     pub(crate) fn double_vector(&mut self, key: &str) -> Result<Option<Found<DVec3>>, SceneError> {
         self.read(key, "three finite numbers", double_vector)

@@ -2,7 +2,8 @@
 //!
 #![doc = include_str!("picture.md")]
 //!
-//! Light is direct, surfaces are diffuse, lights are parallelograms of uniform radiance. A frame comes down to an error target or a
+//! Light is direct, surfaces are diffuse, lights are flat: parallelograms with or without pictures, disks, ellipses and convex
+//! polygons. A frame comes down to an error target or a
 //! [`Quality`](config::Quality) ([`PipelineConfig`](config::PipelineConfig)) instead of a number of samples.
 //!
 //! # Example

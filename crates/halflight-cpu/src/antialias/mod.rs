@@ -163,7 +163,7 @@ impl Antialias {
                 (Shading::Ratio, None, _) => Vec3::splat(fraction(light, batch, query).unwrap_or(0.0)),
                 (Shading::Sampled, _, Some(picture)) => sampled_picture(light, picture, batch, query, 1),
                 (Shading::Sampled, _, None) => {
-                    Vec3::splat(query_sums(light, batch, query, 1).sampled(light.area()))
+                    Vec3::splat(query_sums(light, batch, query, 1).sampled(light.frame_area()))
                 }
             };
         }

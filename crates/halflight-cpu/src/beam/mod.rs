@@ -170,7 +170,7 @@ impl Visibility for Beam {
             if sorted { (&self.queries[..], &self.wanted[..]) } else { (parts.queries, parts.wanted) };
         let visible: &mut [u64] = if sorted { &mut self.visible } else { parts.visible };
         let answers = Answers { bvh: &self.bvh, light: &light, pattern, words, queries, wanted, visible };
-        self.stats += if Rows::fit(pattern, &light) {
+        self.stats += if Rows::fit(pattern) {
             answer(&self.rows, self.rays, self.isa, answers)
         } else {
             answer(&self.points, self.rays, self.isa, answers)

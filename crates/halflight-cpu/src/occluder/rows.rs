@@ -85,13 +85,8 @@ impl Plane {
 }
 
 impl Rows {
-    /// True if masks of a pattern on a light can be computed by rows.
-    pub(crate) fn fit(pattern: Pattern, light: &AreaLight) -> bool {
-        Self::fit_pattern(pattern) && light.strata_are_rectangles()
-    }
-
-    /// True if a pattern has few enough rows and columns, on a light on which rows are straight.
-    pub(crate) fn fit_pattern(pattern: Pattern) -> bool {
+    /// True if a pattern has straight rows, and few enough rows and columns.
+    pub(crate) fn fit(pattern: Pattern) -> bool {
         pattern.kind != PatternKind::Jittered
             && usize::from(pattern.columns) <= SIDE
             && usize::from(pattern.rows) <= SIDE

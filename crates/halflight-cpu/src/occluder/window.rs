@@ -62,10 +62,7 @@ impl Window {
         let sum = |v: Vec3| v.abs().element_sum();
         let most = sum(across[0]).max(sum(across[1])) + sum(normal);
         // With u = 2⁻²⁴, the height is wrong by at most 48u times the magnitudes of its factors.
-        // Positions in the frame bound no columns and rows where these are no strips of it.
-        let straight = light.strata_are_rectangles();
-        let sure =
-            straight && height.abs() > far * u * v * 2f32.powi(-12) && height.abs() > f32::MIN_POSITIVE * 1e9;
+        let sure = height.abs() > far * u * v * 2f32.powi(-12) && height.abs() > f32::MIN_POSITIVE * 1e9;
         let misplaced = moved * most / height.abs();
         Self {
             origin,

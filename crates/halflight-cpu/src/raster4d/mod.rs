@@ -137,7 +137,7 @@ impl Raster4d {
 
 impl Visibility for Raster4d {
     fn supports(&self, pattern: Pattern) -> Result<(), Unsupported> {
-        if Rows::fit_pattern(pattern) {
+        if Rows::fit(pattern) {
             return Ok(());
         }
         let reason = if pattern.kind == PatternKind::Jittered {
@@ -177,7 +177,7 @@ impl Visibility for Raster4d {
         let (pattern, words) = (batch.pattern(), batch.words());
         let number = batch.light();
         let light = *frame.light(number);
-        if words == 0 || !Rows::fit_pattern(pattern) {
+        if words == 0 || !Rows::fit(pattern) {
             return;
         }
         let (config, isa, triangles, largest) = (self.config, self.isa, &self.triangles[..], self.largest);
@@ -201,7 +201,7 @@ impl Visibility for Raster4d {
             wanted,
             visible,
         };
-        self.stats += if config.rows && Rows::fit(pattern, &light) {
+        self.stats += if config.rows && Rows::fit(pattern) {
             chunks.map(|part| answer(&self.rows, isa, pattern, chunk(part))).sum::<VisibilityStats>()
         } else {
             chunks.map(|part| answer(&self.points, isa, pattern, chunk(part))).sum::<VisibilityStats>()

@@ -236,7 +236,7 @@ impl Nichols {
         let samples = frame.pattern.len() / if self.config.interleaved { 4 } else { 1 };
         let enough = (self.config.visibility_threshold * samples as f32).max(1.0);
         if self.config.irradiance_threshold.is_some() {
-            let (light, area) = (frame.light(light), frame.light(light).area());
+            let (light, area) = (frame.light(light), frame.light(light).frame_area());
             let value = |query: usize| irradiance::query_sums(light, batch, query, 1).sampled(area);
             (0..batch.len()).into_par_iter().with_min_len(256).map(value).collect_into_vec(&mut self.values);
             if level == self.coarsest_level() {

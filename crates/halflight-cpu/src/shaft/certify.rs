@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use halflight_core::certificate::{Certificate, Region};
-use halflight_core::light::{AreaLight, LightFrame};
+use halflight_core::light::{AreaLight, Extent, LightFrame};
 use rayon::prelude::*;
 
 use super::{Gather, Hull, List};
@@ -113,7 +113,7 @@ impl Sweep {
     /// Sweep of a region; `None` where the light's plane crosses the region, or where fractions of the frame's
     /// area are not fractions of the light's.
     fn new(light: &AreaLight, region: &Region) -> Option<Self> {
-        if !light.strata_are_rectangles() {
+        if light.extent() != Extent::Whole {
             return None;
         }
         let (low, high) = (region.low.as_dvec3(), region.high.as_dvec3());

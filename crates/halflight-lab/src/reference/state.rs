@@ -6,7 +6,7 @@ use std::path::Path;
 
 use fnv::FnvHasher;
 use glam::Vec2;
-use halflight_core::light::{AreaLight, Parallelogram, Shape};
+use halflight_core::light::{AreaLight, LightFrame, Shape};
 use halflight_core::scene::Scene;
 use halflight_metrics::{WriteError, check_output, write_file};
 
@@ -126,9 +126,19 @@ pub(super) fn key(scene: &Scene, config: &ReferenceConfig) -> u64 {
     }
     words(scene.mesh.triangles.as_flattened());
     for light in &scene.lights {
-        let Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v }) = light.shape;
-        for vector in [corner, edge_u, edge_v, light.radiance] {
+        let LightFrame { origin, u, v } = light.frame();
+        for vector in [origin, u, v, light.radiance] {
             words(&vector.to_array().map(f32::to_bits));
+        }
+        match light.shape {
+            Shape::Parallelogram(_) => {}
+            Shape::Ellipse(_) => words(&[1]),
+            Shape::Polygon(polygon) => {
+                words(&[2, polygon.corners().len() as u32]);
+                for corner in polygon.corners() {
+                    words(&corner.to_array().map(f32::to_bits));
+                }
+            }
         }
         words(&[u32::from(light.two_sided)]);
         if let Some(place) = light.texture {
