@@ -42,7 +42,7 @@ fn faults_name_file_and_line() {
             "expected metres above 0",
         ),
         ("shape = \"ellipse\"\ncentre = [0, 3, 0]\naxis_u = [1, 0, 0]\naxis_v = [2, 0, 0]", 5, "has no area"),
-        ("shape = \"polygon\"\npoints = [[0, 3, 0], [1, 3, 0]]", 7, "points: 2 corners, expected 3 to 16"),
+        ("shape = \"polygon\"\npoints = [[0, 3, 0], [1, 3, 0]]", 7, "points: 2 corners, expected 3 to 12"),
         ("shape = \"polygon\"\npoints = [0, 3, 0]", 7, "expected a list of triples of finite numbers"),
         (
             "shape = \"polygon\"\npoints = [[0, 3, 0], [1, 3, 0], [2, 3, 0]]",

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 /// Most corners of a polygon.
-pub(super) const MOST_CORNERS: usize = 16;
+pub(super) const MOST_CORNERS: usize = 12;
 
 /// Part of a light's frame that emits, in the coordinates of the sample pattern's unit square.
 #[derive(Clone, Copy, Debug, PartialEq)]

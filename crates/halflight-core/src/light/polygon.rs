@@ -35,7 +35,7 @@ pub enum PolygonError {
 }
 
 impl Polygon {
-    /// Creates a polygon of 3 to 16 corners, world space, metres.
+    /// Creates a polygon of 3 to 12 corners, world space, metres.
     ///
     /// # Errors
     /// The corners are too few or too many, span no area, do not lie in a plane or are not convex.
@@ -162,7 +162,7 @@ mod tests {
         let error = |corners: &[Vec3]| Polygon::new(corners).unwrap_err();
         assert_eq!(Polygon::new(&square).map(|polygon| polygon.area()), Ok(1.0));
         assert_eq!(error(&square[..2]), PolygonError::Count(2));
-        assert_eq!(error(&[Vec3::ZERO; 17]), PolygonError::Count(17));
+        assert_eq!(error(&[Vec3::ZERO; 13]), PolygonError::Count(13));
         assert_eq!(error(&[Vec3::ZERO, Vec3::X, Vec3::X * 2.0]), PolygonError::NoArea);
         assert_eq!(error(&[Vec3::ZERO, Vec3::X, Vec3::splat(f32::NAN)]), PolygonError::NoArea);
         let mut bent = square.clone();
@@ -172,7 +172,7 @@ mod tests {
         assert_eq!(error(&dented), PolygonError::Concave(2));
         // A pentagram turns to the left everywhere, twice.
         let star: Vec<[f32; 2]> = (0..5)
-            .map(|k| (k as f32 * 2.0 * 0.4 * std::f32::consts::PI).sin_cos().into())
+            .map(|k| (k as f32 * 2.0 * 0.4 * std::f32::consts::PI).sin_cos())
             .map(|(a, b): (f32, f32)| [b, a])
             .collect();
         assert!(matches!(error(&at(&star)), PolygonError::Concave(_)));
