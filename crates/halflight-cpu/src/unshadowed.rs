@@ -27,7 +27,7 @@ pub fn unshadowed_many(light: &AreaLight, origins: &[Vec3], normals: &[Vec3], ou
         Shape::Parallelogram(shape) => parallelogram::irradiance(light, shape, origins, normals, out),
         Shape::Ellipse(shape) => each(light, origins, normals, out, |o, n| ellipse::flux(shape, o, n)),
         Shape::Polygon(shape) => {
-            each(light, origins, normals, out, |o, n| polygon::flux(shape.corners(), o, n))
+            each(light, origins, normals, out, |o, n| polygon::flux(shape.corners(), o, n));
         }
     }
 }

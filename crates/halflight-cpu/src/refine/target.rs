@@ -2,6 +2,7 @@
 //! of the frame.
 
 use glam::DVec3;
+use halflight_core::light::{AreaLight, Extent};
 use halflight_core::mask::MaskBatch;
 use halflight_core::pattern::{Pattern, PatternKind};
 
@@ -342,6 +343,8 @@ pub(super) struct Neighbours {
     columns: usize,
     /// Samples that have one to their right.
     inner: [u64; Pattern::MAX_LEN / 64],
+    /// Samples that have one in the next row, for a light that is no parallelogram; otherwise none.
+    upper: [u64; Pattern::MAX_LEN / 64],
 }
 
 impl Neighbours {
@@ -351,7 +354,33 @@ impl Neighbours {
         for index in (0..pattern.len()).filter(|index| index % columns + 1 < columns) {
             inner[index / 64] |= 1 << (index % 64);
         }
-        Self { columns, inner }
+        Self { columns, inner, upper: [0; Pattern::MAX_LEN / 64] }
+    }
+
+    /// Neighbourhood of samples of a light: with the rim of one that is no parallelogram.
+    pub(super) fn of(pattern: Pattern, light: &AreaLight) -> Self {
+        let mut neighbours = Self::new(pattern);
+        if light.extent() != Extent::Whole {
+            for index in 0..pattern.len().saturating_sub(neighbours.columns) {
+                neighbours.upper[index / 64] |= 1 << (index % 64);
+            }
+        }
+        neighbours
+    }
+
+    /// Number of samples beside the rim of the light that see it, and of those that do not, once for each neighbour beyond.
+    fn rim(&self, wanted: &[u64], visible: &[u64]) -> (u32, u32) {
+        let (mut lit, mut all) = (0, 0);
+        for word in 0..wanted.len() {
+            for (by, pairs) in [(1, self.inner[word]), (self.columns, self.upper[word])] {
+                let next = later(wanted, word, by);
+                let (before, behind) = (wanted[word] & !next & pairs, !wanted[word] & next & pairs);
+                all += before.count_ones() + behind.count_ones();
+                lit += (before & visible[word]).count_ones();
+                lit += (behind & later(visible, word, by)).count_ones();
+            }
+        }
+        (lit, all - lit)
     }
 
     /// Expected squared error of the visible fraction that a query's mask gives, and the fraction of
@@ -384,6 +413,13 @@ impl Neighbours {
         let (count, differ) = (f64::from(count), f64::from(differ));
         let alone = alone(differ, rarer);
         let weight = match strata {
+            // A stratum across the rim has its sample inside by chance, which moves the fraction towards that sample.
+            None if self.upper[0] != 0 => {
+                let (inside, fraction) = (self.rim(wanted, visible), f64::from(lit) / count);
+                let rim =
+                    f64::from(inside.0) * (1.0 - fraction).powi(2) + f64::from(inside.1) * fraction.powi(2);
+                (differ + rim) / (count * count)
+            }
             None => differ / (count * count),
             Some(strata) => self.weight(wanted, visible, strata),
         };

@@ -12,9 +12,9 @@ use crate::vector::Vector;
 /// Numbers of cells along a side of the light: powers of 2 from the first to the last.
 const SIDES: [u16; 5] = [4, 8, 16, 32, 64];
 
-/// Least distance of a receiver in sizes of a cell. The geometry term at a cell's centre is then within 1 % of its mean over the cell, and most of
+/// Least distance of a receiver in sizes of a cell. The geometry term at a cell's centre is then within 2 % of its mean over the cell, and most of
 /// that cancels in the ratio.
-const DISTANCE: f32 = 6.0;
+const DISTANCE: f32 = 4.0;
 
 /// Cells of a light, a grid for each number of them.
 pub struct SeenPicture {

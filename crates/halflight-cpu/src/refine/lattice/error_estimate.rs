@@ -63,7 +63,7 @@ impl Lattice {
         if self.bounds_visible_error() {
             let mut neighbours = std::mem::take(&mut self.neighbours);
             neighbours.clear();
-            neighbours.extend(fragments.batches().iter().map(|batch| Neighbours::new(batch.pattern())));
+            neighbours.extend(fragments.batches().iter().map(|batch| Neighbours::of(batch.pattern(), light)));
             self.variances.resize(fragments.samples().len(), 0.0);
             let strata = &self.strata;
             let variances = self.variances[known..].par_iter_mut().zip(&self.fractions[known..]);
@@ -99,7 +99,8 @@ impl Lattice {
             }
         }
         if self.bounds_visible_error() {
-            let (neighbours, strata) = (Neighbours::new(batch.pattern()), self.strata.of(batch.pattern()));
+            let (neighbours, strata) =
+                (Neighbours::of(batch.pattern(), light), self.strata.of(batch.pattern()));
             for (query, &sample) in samples.iter().enumerate() {
                 let fraction = self.fractions[sample as usize];
                 self.variances[sample as usize] = noise_of(&neighbours, strata, batch, query, fraction);
@@ -130,7 +131,7 @@ impl Lattice {
 
     /// Computes the sampling plan from the masks of the corners traced so far.
     pub(super) fn plan(&mut self, view: &View, fragments: &Fragments) {
-        let neighbours = Neighbours::new(self.plan.full);
+        let neighbours = Neighbours::of(self.plan.full, view.frame.light(view.light));
         let pilot = |(sample, (&fraction, &unshadowed)): (&Sample, (&f32, &f32))| {
             let (batch, query) = (fragments.batch(sample.batch), sample.first as usize);
             let (variance, disagreement) = neighbours.variance(batch, query, self.strata.of(batch.pattern()));
@@ -169,7 +170,12 @@ impl Lattice {
         let stride = cells.len().div_ceil(MEASURED).max(1);
         let mut neighbours = std::mem::take(&mut self.neighbours);
         neighbours.clear();
-        neighbours.extend(fragments.batches().iter().map(|batch| Neighbours::new(batch.pattern())));
+        neighbours.extend(
+            fragments
+                .batches()
+                .iter()
+                .map(|batch| Neighbours::of(batch.pattern(), view.frame.light(view.light))),
+        );
         let light = view.frame.light(view.light);
         let measure = |(number, group): (usize, &[Cell])| {
             let cell = group[hash::mix(number as u32) as usize % group.len()];

@@ -348,7 +348,12 @@ impl Lattice {
         let (mut sums, mut counts) = ([0.0f64; CLASSES], [0.0f64; CLASSES]);
         let mut neighbours = std::mem::take(&mut self.neighbours);
         neighbours.clear();
-        neighbours.extend(fragments.batches().iter().map(|batch| Neighbours::new(batch.pattern())));
+        neighbours.extend(
+            fragments
+                .batches()
+                .iter()
+                .map(|batch| Neighbours::of(batch.pattern(), view.frame.light(view.light))),
+        );
         for &Probe { index, x, y } in &self.probes {
             let Some((cell, _)) = self.kept[index as usize] else { continue };
             let one = weighed[index as usize];
