@@ -72,7 +72,7 @@ fn light_samples() {
         ["shared/light", "* (1.0 / 65536.0)", "* (1.0 / 65600.0)"],
         ["shared/receiver", "position[pixel].xyz, s", "position[pixel].xyz * 1.01, s"],
         ["visibility/horizon", "return above == 4u;", "return true;"],
-        ["visibility/masks", "if adds_light(receiver, end)", "if true"],
+        ["visibility/masks", "if adds_light(receiver, place, end)", "if true"],
     ];
     notices(&bench, "atrium", &per_pixel(80, 60, Shading::Ratio), check, &wrong);
 }

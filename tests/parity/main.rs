@@ -12,6 +12,7 @@ mod device;
 mod exact;
 mod faults;
 mod gbuffers;
+mod lights;
 mod limits;
 mod masks;
 mod moving;

@@ -86,6 +86,9 @@ pub(crate) struct Frame {
     pub(crate) largest: f32,
     pub(crate) shading: u32,
     pub(crate) levels: [u32; 8],
+    pub(crate) outline: [u32; 4],
+    pub(crate) outline_corners: [[f32; 4]; 12],
+    pub(crate) outline_sides: [[f32; 4]; 12],
 }
 
 impl Frame {

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use halflight_core::light::{AreaLight, LightFrame};
+use halflight_core::light::{AreaLight, Extent, LightFrame, Shape};
 use halflight_cpu::voxel::{Frustum, turned};
 
 use crate::frame::Frame;
@@ -31,9 +31,30 @@ impl Frame {
     /// Returns the uniform of one light.
     pub(crate) fn with_light(self, number: u32, light: &AreaLight) -> Self {
         let LightFrame { origin, u, v } = light.frame();
+        let (mut outline, mut corners, mut sides) = (0, [[0.0; 4]; 12], [[0.0; 4]; 12]);
+        match &light.shape {
+            Shape::Parallelogram(_) => {}
+            Shape::Ellipse(_) => outline = 1,
+            Shape::Polygon(polygon) => {
+                outline = polygon.corners().len() as u32;
+                for (place, &corner) in corners.iter_mut().zip(polygon.corners()) {
+                    // Differences in double precision: corners far from the origin lie close together.
+                    let from = (corner.as_dvec3() - origin.as_dvec3()).as_vec3();
+                    *place = from.extend(0.0).to_array();
+                }
+            }
+        }
+        if let Extent::Polygon(found) = light.extent() {
+            for (place, side) in sides.iter_mut().zip(found.coefficients()) {
+                *place = side.extend(0.0).to_array();
+            }
+        }
         Self {
+            outline: [outline, 0, 0, 0],
+            outline_corners: corners,
+            outline_sides: sides,
             light_corner: origin.to_array(),
-            light_area: light.area(),
+            light_area: light.frame_area(),
             light_u: u.to_array(),
             light_v: v.to_array(),
             light_cross: light.vector_area().to_array(),

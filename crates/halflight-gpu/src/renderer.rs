@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use halflight_core::frame::LightSampling;
-use halflight_core::light::{AreaLight, Extent};
+use halflight_core::light::AreaLight;
 use halflight_core::pattern::Pattern;
 use halflight_core::scene::{Camera, Mesh, Scene};
 use halflight_core::subpixel;
@@ -341,14 +341,13 @@ fn frame_bytes(buffers: &Buffers, frames: &[Frame]) -> Vec<u8> {
     bytes
 }
 
-/// Refuses lights with pictures of more than one colour, and lights that are no parallelograms.
+/// Refuses lights with pictures of more than one colour.
 fn refuse_lights(lights: &[AreaLight]) -> Result<(), GpuError> {
-    let stage = if lights.iter().any(|light| light.texture.is_some()) {
-        "a light with a picture"
-    } else if lights.iter().any(|light| light.extent() != Extent::Whole) {
-        "a light that is no parallelogram"
-    } else {
-        return Ok(());
-    };
-    Err(GpuError::Unsupported { stage, reason: "render the scene on the CPU" })
+    match lights.iter().any(|light| light.texture.is_some()) {
+        true => Err(GpuError::Unsupported {
+            stage: "a light with a picture",
+            reason: "render the scene on the CPU, or take the picture off the light",
+        }),
+        false => Ok(()),
+    }
 }

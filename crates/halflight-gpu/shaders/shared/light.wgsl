@@ -4,6 +4,10 @@
 const GRID: u32 = 0u;
 const SHIFTED_ROWS: u32 = 1u;
 
+// Outlines of lights that are no polygons.
+const PARALLELOGRAM: u32 = 0u;
+const ELLIPSE: u32 = 1u;
+
 fn unit_pair(bits: u32) -> vec2<f32> {
     return (vec2(f32(bits >> 16u), f32(bits & 0xffffu)) + 0.5) * (1.0 / 65536.0);
 }
@@ -30,6 +34,21 @@ fn sample_point(index: u32, key: u32) -> vec3<f32> {
 // Point of the light at a place in the unit square.
 fn light_point(place: vec2<f32>) -> vec3<f32> {
     return frame.light_corner + frame.light_u * place.x + frame.light_v * place.y;
+}
+
+// True if a place in the unit square emits (halflight-core/src/light/extent.rs).
+fn light_contains(place: vec2<f32>) -> bool {
+    if frame.outline.x == ELLIPSE {
+        let at = place * 2.0 - 1.0;
+        return at.x * at.x + at.y * at.y <= 1.0;
+    }
+    for (var index = 0u; index < frame.outline.x; index++) {
+        let side = frame.outline_sides[index];
+        if side.x + side.y * place.x + side.z * place.y < 0.0 {
+            return false;
+        }
+    }
+    return true;
 }
 
 // Corners, in order around the light.

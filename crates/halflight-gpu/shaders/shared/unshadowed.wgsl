@@ -125,11 +125,89 @@ fn triangle_integral(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, up: vec3<f32>, to
     return sum * area * size * size;
 }
 
+// Corners of the polygon that stands for an ellipse, the cosine and sine of the angle between them, and the factor that gives it the
+// ellipse's area.
+const ELLIPSE_CORNERS: u32 = 64u;
+const ELLIPSE_TURN: vec2<f32> = vec2(0.99518472667, 0.09801714033);
+const ELLIPSE_SIZE: f32 = 1.00080377;
+
+// Corners of the visible part of an outline so far, and the integral over it.
+struct Walk {
+    first: vec3<f32>,
+    last: vec3<f32>,
+    count: u32,
+    sum: f32,
+}
+
+fn add_corner(walk: Walk, corner: vec3<f32>, up: vec3<f32>, towards: vec3<f32>, far: bool) -> Walk {
+    var next = walk;
+    if walk.count == 0u {
+        next.first = corner;
+    } else if !far {
+        next.sum += edge_integral(walk.last, corner, up);
+    } else if walk.count > 1u {
+        next.sum += triangle_integral(walk.first, walk.last, corner, up, towards);
+    }
+    next.last = corner;
+    next.count += 1u;
+    return next;
+}
+
+fn edge_integral(p: vec3<f32>, q: vec3<f32>, up: vec3<f32>) -> f32 {
+    let normal = cross3(p, q);
+    return 0.5 * dot3(up, normal) * angle_over_sine(sqrt(dot3(normal, normal)), dot3(p, q));
+}
+
+// Irradiance per unit radiance of a light that is no parallelogram.
+fn unshadowed_outline(origin: vec3<f32>, up: vec3<f32>, towards: vec3<f32>) -> f32 {
+    let away = from_light(origin);
+    let far = dot3(away, away) > light_shorter_squared() * 64.0;
+    let count = select(frame.outline.x, ELLIPSE_CORNERS, frame.outline.x == ELLIPSE);
+    let seen = frame.light_corner - origin;
+    let middle = seen + 0.5 * (frame.light_u + frame.light_v);
+    var turn = vec2(ELLIPSE_SIZE, 0.0);
+    var walk = Walk(vec3(0.0), vec3(0.0), 0u, 0.0);
+    var before = vec3(0.0);
+    for (var index = 0u; index <= count; index++) {
+        var corner = middle + 0.5 * (frame.light_u * turn.x + frame.light_v * turn.y);
+        if frame.outline.x != ELLIPSE {
+            corner = seen + frame.outline_corners[select(index, 0u, index == count)].xyz;
+        }
+        turn = vec2(
+            turn.x * ELLIPSE_TURN.x - turn.y * ELLIPSE_TURN.y,
+            turn.x * ELLIPSE_TURN.y + turn.y * ELLIPSE_TURN.x,
+        );
+        let height = dot3(up, corner);
+        if index > 0u {
+            let low = dot3(up, before);
+            if (low > 0.0 && height < 0.0) || (low < 0.0 && height > 0.0) {
+                let crossing = before + (corner - before) * (low / (low - height));
+                walk = add_corner(walk, crossing, up, towards, far);
+            }
+        }
+        if height >= 0.0 && index < count {
+            walk = add_corner(walk, corner, up, towards, far);
+        }
+        before = corner;
+    }
+    if walk.count < 3u {
+        return 0.0;
+    }
+    if far {
+        return max(walk.sum, 0.0);
+    }
+    let sign = select(1.0, -1.0, light_side(origin) > 0.0);
+    return max((walk.sum + edge_integral(walk.last, walk.first, up)) * sign, 0.0);
+}
+
 // Irradiance per unit radiance at a receiver.
 fn unshadowed(origin: vec3<f32>, up: vec3<f32>) -> f32 {
     let towards = facing(origin);
     if all(towards == vec3(0.0)) {
         return 0.0;
+    }
+    if frame.outline.x != PARALLELOGRAM {
+        return unshadowed_outline(origin, up, towards);
     }
     let polygon = visible_polygon(origin, up);
     if polygon.count < 3u {

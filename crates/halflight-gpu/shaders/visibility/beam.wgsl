@@ -109,7 +109,8 @@ fn wants(query: u32) -> bool {
 fn answer(query: u32, receiver: Receiver) {
     let count = atomicLoad(&listed);
     let asked = queries[query];
-    let all_above = corners_above(receiver.origin, receiver.normal) == 4u;
+    let all_above =
+        corners_above(receiver.origin, receiver.normal) == 4u && frame.outline.x == PARALLELOGRAM;
     for (var word = 0u; word < frame.pattern.words; word++) {
         let slot = query * frame.pattern.words + word;
         var left = wanted[slot];
@@ -120,8 +121,9 @@ fn answer(query: u32, receiver: Receiver) {
                 let index = word * 32u + firstTrailingBit(left);
                 let bit = left & (~left + 1u);
                 left ^= bit;
-                let end = sample_point(index, asked.key);
-                if !adds_light(receiver, end) {
+                let place = sample_place(index, asked.key);
+                let end = light_point(place);
+                if !adds_light(receiver, place, end) {
                     above ^= bit;
                     seen ^= bit;
                 } else if is_hidden(receiver.origin, end, count) {

@@ -28,11 +28,12 @@ fn masks(here: Lane) {
         let asked = queries[query];
         if asked.pixel != NONE {
             let receiver = receiver_at(asked.pixel);
-            let end = sample_point(index, asked.key);
-            if adds_light(receiver, end) {
+            let place = sample_place(index, asked.key);
+            let end = light_point(place);
+            if adds_light(receiver, place, end) {
                 atomicOr(&wanted_words[here.index / chunk], bit);
                 atomicAdd(&traced, 1u);
-                if !is_hidden(receiver, sample_place(index, asked.key), end) {
+                if !is_hidden(receiver, place, end) {
                     atomicOr(&visible_words[here.index / chunk], bit);
                 }
             } else {

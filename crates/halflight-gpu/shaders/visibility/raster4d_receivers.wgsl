@@ -48,7 +48,7 @@ fn answer_nothing(query: u32) {
     }
 }
 
-// Removes the samples below the horizons; all others are visible until a triangle hides them.
+// Removes the samples below the horizons and beside the light; all others are visible until a triangle hides them.
 fn take_out(query: u32) {
     let receiver = receiver_at(queries[query].pixel);
     for (var word = 0u; word < frame.pattern.words; word++) {
@@ -57,7 +57,8 @@ fn take_out(query: u32) {
         var above = asked;
         for (var left = asked; left != 0u; left &= left - 1u) {
             let index = firstTrailingBit(left);
-            if !adds_light(receiver, sample_point(word * 32u + index, queries[query].key)) {
+            let place = sample_place(word * 32u + index, queries[query].key);
+            if !adds_light(receiver, place, light_point(place)) {
                 above ^= 1u << index;
             }
         }
