@@ -1,4 +1,4 @@
-//! Parity of frames under disks, ellipses and polygons, and refusal of pictures.
+//! Parity of frames under disks, ellipses and polygons, and refusal of textures.
 
 use std::sync::Arc;
 
@@ -107,7 +107,7 @@ fn pictures_are_refused_unless_they_have_one_colour() {
         Scene { lights: vec![light.textured(0)], light_textures: vec![texture], ..Scene::clone(&toys.scene) }
     };
     let error = bench.renderer(&scene(vec![Vec3::ONE, Vec3::X]), &config).map(|_| ()).unwrap_err();
-    assert!(error.to_string().contains("a light with a picture"), "{error}");
+    assert!(error.to_string().contains("a textured light"), "{error}");
     let uniform = Stage::new(scene(vec![Vec3::splat(0.5); 2])).unwrap();
     let twins = Twins::of(&bench, uniform, &config, true);
     let image: Vec<[f32; 4]> = bench.read(twins.gpu.image());

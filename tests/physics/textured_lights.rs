@@ -1,4 +1,4 @@
-//! Lights with pictures against uniform lights: of one colour, of one lit texel, and piece by piece.
+//! Textured lights against uniform lights: of one colour, of one lit texel, and piece by piece.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use halflight::refine::Quality;
 use halflight::scene::Scene;
 use halflight_tests::Stage;
 
-/// The scene `contact` under lights with pictures.
+/// The scene `contact` under textured lights.
 fn contact(lights: Vec<AreaLight>, textures: Vec<LightTexture>) -> Stage {
     let plain = Stage::bundled("contact").unwrap();
     let light_textures = textures.into_iter().map(Arc::new).collect();
@@ -34,17 +34,17 @@ fn cell(lamp: &AreaLight, [x, y]: [u32; 2], [columns, rows]: [u32; 2], factor: V
 }
 
 /// Four columns and two rows, from the top left.
-fn picture() -> LightTexture {
+fn texture() -> LightTexture {
     let rgb = |r: f32, g: f32, b: f32| Vec3::new(r, g, b);
     let top = [rgb(4.0, 0.0, 0.0), rgb(0.0, 0.0, 0.0), rgb(0.2, 0.3, 0.1), rgb(0.0, 2.0, 0.0)];
     let bottom = [rgb(0.0, 0.0, 3.0), rgb(0.5, 0.5, 0.5), rgb(0.0, 0.0, 0.0), rgb(1.0, 1.0, 0.0)];
     LightTexture::new(4, 2, [top, bottom].concat()).unwrap()
 }
 
-/// The lamp with the picture as eight uniform lights.
+/// The lamp with the texture as eight uniform lights.
 fn pieces() -> Vec<AreaLight> {
-    let (lamp, picture) = (lamp(), picture());
-    let texels = picture.texels().iter().enumerate();
+    let (lamp, texture) = (lamp(), texture());
+    let texels = texture.texels().iter().enumerate();
     texels.map(|(at, &texel)| cell(&lamp, [at as u32 % 4, 1 - at as u32 / 4], [4, 2], texel)).collect()
 }
 
@@ -97,7 +97,7 @@ fn a_lit_texel_is_a_small_light() {
             let found = nmse2(&render(&stage, RefinerConfig::PerPixel, shading, 576), &expected);
             assert!(found < 4e-4, "texel {at} {shading:?}: {found:e}");
         }
-        // Another texel is another picture.
+        // Another texel is another texture.
         let other = contact(vec![cell(&lamp(), [1, 1], [3, 3], Vec3::new(1.0, 2.0, 3.0))], vec![]);
         assert!(nmse2(&render(&other, RefinerConfig::PerPixel, Shading::Ratio, 64), &expected) > 1e-2);
     }
@@ -105,7 +105,7 @@ fn a_lit_texel_is_a_small_light() {
 
 #[test]
 fn a_picture_is_the_sum_of_its_texels() {
-    let whole = contact(vec![lamp().textured(0)], vec![picture()]);
+    let whole = contact(vec![lamp().textured(0)], vec![texture()]);
     let parts = contact(pieces(), vec![]);
     let expected = render(&parts, RefinerConfig::PerPixel, Shading::Ratio, 1024);
     for (refiner, shading, samples, most) in [
@@ -123,7 +123,7 @@ fn a_picture_is_the_sum_of_its_texels() {
 #[test]
 fn antialiased_pixels_see_the_picture() {
     let config = |antialias| PipelineConfig { width: 96, height: 72, antialias, ..PipelineConfig::default() };
-    let whole = contact(vec![lamp().textured(0)], vec![picture()]);
+    let whole = contact(vec![lamp().textured(0)], vec![texture()]);
     let parts = contact(pieces(), vec![]);
     let [a, b] = [&whole, &parts].map(|stage| stage.render(&config(8)).unwrap().radiance.clone());
     let square = |v: Vec3| f64::from(v.length_squared());
@@ -138,8 +138,8 @@ fn the_back_of_a_two_sided_picture_shows_every_texel_where_it_is() {
     let lamp = lamp().two_sided();
     let whole = contact(vec![lamp.reversed()], vec![]);
     assert_eq!(whole.scene.lights[0].texture, None);
-    let textured = contact(vec![lamp.textured(0).reversed()], vec![picture()]);
-    let expected = contact(vec![lamp.textured(0)], vec![picture()]);
+    let textured = contact(vec![lamp.textured(0).reversed()], vec![texture()]);
+    let expected = contact(vec![lamp.textured(0)], vec![texture()]);
     let [a, b] =
         [&textured, &expected].map(|stage| render(stage, RefinerConfig::PerPixel, Shading::Ratio, 4096));
     let error = nmse2(&a, &b);
@@ -148,7 +148,7 @@ fn the_back_of_a_two_sided_picture_shows_every_texel_where_it_is() {
 
 #[test]
 fn every_refiner_and_backend_renders_pictures() {
-    let whole = contact(vec![lamp().textured(0)], vec![picture()]);
+    let whole = contact(vec![lamp().textured(0)], vec![texture()]);
     let expected = render(&contact(pieces(), vec![]), RefinerConfig::PerPixel, Shading::Ratio, 1024);
     for refiner in ["nichols", "sfvt-gass", "per-pixel", "lattice"] {
         let refiner = <RefinerConfig as halflight::config::Named>::named(refiner).unwrap();

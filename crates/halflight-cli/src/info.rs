@@ -35,7 +35,7 @@ pub(crate) fn run(args: &SceneArg) -> Outcome {
     }
     for (index, light) in scene.lights.iter().enumerate() {
         let texture = light.texture.and_then(|place| scene.light_textures.get(place.index as usize));
-        let picture = texture.map(|texture| (texture.width(), texture.height()));
+        let texture = texture.map(|texture| (texture.width(), texture.height()));
         writeln!(
             out,
             "light {index}    centre {}, towards {}, {:.3} m², radiance {} W/m²/sr{}{}",
@@ -44,7 +44,7 @@ pub(crate) fn run(args: &SceneArg) -> Outcome {
             light.area(),
             light.radiance,
             if light.two_sided { ", two-sided" } else { "" },
-            picture.map_or(String::new(), |(width, height)| format!(", picture of {width}x{height} texels"))
+            texture.map_or(String::new(), |(width, height)| format!(", texture of {width}x{height} texels"))
         )?;
     }
     let camera = &scene.camera;

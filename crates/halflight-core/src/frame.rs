@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::gbuffer::GBuffer;
 use crate::hash;
 use crate::light::AreaLight;
-use crate::light_texture::Picture;
+use crate::light_texture::PlacedTexture;
 use crate::pattern::{Pattern, PatternError, PatternKind};
 use crate::pyramid::Pyramid;
 use crate::scene::Scene;
@@ -75,10 +75,10 @@ impl Frame<'_> {
         &self.scene.lights[index as usize]
     }
 
-    /// Picture of the light with this index; none for a uniform light.
+    /// Texture of the light with this index; none for a uniform light.
     #[inline]
-    pub fn picture(&self, index: u32) -> Option<Picture<'_>> {
-        self.scene.picture(self.light(index))
+    pub fn light_texture(&self, index: u32) -> Option<PlacedTexture<'_>> {
+        self.scene.light_texture(self.light(index))
     }
 
     /// Pattern key for the receiver at `pixel` in the fragment whose own key number is `fragment`, by the frame's

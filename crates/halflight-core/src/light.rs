@@ -11,7 +11,7 @@ use crate::limits::MAX_COORDINATE;
 pub use extent::Extent;
 pub use polygon::{Polygon, PolygonError};
 
-/// Surface that emits along its normal: a uniform radiance, or one times a picture.
+/// Surface that emits along its normal: a uniform radiance, or one times a texture.
 ///
 /// A light is not geometry: it casts no shadow and the camera does not see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,14 +22,14 @@ pub struct AreaLight {
     pub radiance: Vec3,
     /// True if the back emits as well.
     pub two_sided: bool,
-    /// Picture that the radiance is multiplied with; none for a uniform light.
+    /// Texture that the radiance is multiplied with; none for a uniform light.
     pub texture: Option<TexturePlace>,
 }
 
-/// Picture of a light, by its place in [`Scene::light_textures`](crate::scene::Scene::light_textures).
+/// Texture of a light, by its place in [`Scene::light_textures`](crate::scene::Scene::light_textures).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TexturePlace {
-    /// Index of the picture.
+    /// Index of the texture.
     pub index: u32,
     /// True if its first coordinate runs along the second one of the light's unit square, and its second along the first.
     pub transposed: bool,
@@ -109,18 +109,18 @@ pub enum LightError {
         /// Index of the light in the scene.
         index: usize,
     },
-    /// The scene has no picture with the light's index.
-    #[error("light {index} has picture {texture}, but the scene has only {count}")]
+    /// The scene has no texture with the light's index.
+    #[error("light {index} has texture {texture}, but the scene has only {count}")]
     Texture {
         /// Index of the light in the scene.
         index: usize,
-        /// Index of the picture.
+        /// Index of the texture.
         texture: u32,
-        /// Number of pictures of the scene.
+        /// Number of textures of the scene.
         count: usize,
     },
-    /// Only parallelograms have pictures.
-    #[error("light {index} has a picture and is no parallelogram: only parallelograms have pictures")]
+    /// Only parallelograms have textures.
+    #[error("light {index} has a texture and is no parallelogram: only parallelograms have textures")]
     TexturedShape {
         /// Index of the light in the scene.
         index: usize,
@@ -146,7 +146,7 @@ impl AreaLight {
         Self { two_sided: true, ..self }
     }
 
-    /// Multiplies the radiance with the picture at `index` in [`Scene::light_textures`](crate::scene::Scene::light_textures).
+    /// Multiplies the radiance with the texture at `index` in [`Scene::light_textures`](crate::scene::Scene::light_textures).
     #[must_use]
     pub const fn textured(self, index: u32) -> Self {
         Self { texture: Some(TexturePlace { index, transposed: false }), ..self }
@@ -321,7 +321,7 @@ impl AreaLight {
         }
     }
 
-    /// Light that emits from its other side. Every point keeps its radiance, so that a picture is mirrored.
+    /// Light that emits from its other side. Every point keeps its radiance, so that a texture is mirrored.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let transpose = |place: TexturePlace| TexturePlace { transposed: !place.transposed, ..place };

@@ -1,4 +1,4 @@
-//! Pictures on lights: factors of a light's radiance, by texels, and their means over parts of the light.
+//! Textures on lights: factors of a light's radiance, by texels, and their means over parts of the light.
 
 use std::sync::OnceLock;
 
@@ -7,8 +7,8 @@ use glam::{DVec4, Vec2, Vec2Swizzles, Vec3, Vec4};
 /// Factors of a light's radiance over its area: linear RGB, constant inside each texel.
 ///
 /// Texture coordinates are those of the light's unit square ([`AreaLight::point`](crate::light::AreaLight::point)): (0, 0) is the lower left of the
-/// picture and lies at the corner of a parallelogram, its rows run along `edge_u`, and `edge_v` points to its upper edge. Seen from the emitting
-/// side the picture is not mirrored.
+/// texture and lies at the corner of a parallelogram, its rows run along `edge_u`, and `edge_v` points to its upper edge. Seen from the emitting
+/// side the texture is not mirrored.
 #[derive(Debug)]
 pub struct LightTexture {
     width: u32,
@@ -18,12 +18,12 @@ pub struct LightTexture {
     sums: OnceLock<Vec<DVec4>>,
 }
 
-/// Why texels are no picture of a light.
+/// Why texels are no texture of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LightTextureError {
     /// No texels, or another number of them.
-    #[error("a picture of {width}x{height} texels cannot be made of {texels}")]
+    #[error("a texture of {width}x{height} texels cannot be made of {texels}")]
     Size {
         /// Width in texels.
         width: u32,
@@ -43,7 +43,7 @@ pub enum LightTextureError {
 }
 
 impl LightTexture {
-    /// Creates a picture from `width · height` texels, row by row from the top.
+    /// Creates a texture from `width · height` texels, row by row from the top.
     ///
     /// # Errors
     /// The number of texels is another one or 0, or one is negative or not finite.
@@ -148,14 +148,14 @@ impl LightTexture {
     }
 }
 
-/// Picture of a light, in the coordinates of the light's unit square.
+/// Texture of a light, in the coordinates of the light's unit square.
 #[derive(Clone, Copy, Debug)]
-pub struct Picture<'a> {
+pub struct PlacedTexture<'a> {
     pub(crate) texture: &'a LightTexture,
     pub(crate) transposed: bool,
 }
 
-impl Picture<'_> {
+impl PlacedTexture<'_> {
     /// Factors of the light's radiance at a point of the unit square.
     #[inline]
     pub fn at(&self, uv: Vec2) -> Vec3 {

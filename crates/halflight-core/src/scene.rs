@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 
 pub use crate::camera::Camera;
 use crate::light::{AreaLight, LightError};
-use crate::light_texture::{LightTexture, Picture};
+use crate::light_texture::{LightTexture, PlacedTexture};
 pub use crate::limits::{MAX_COORDINATE, MIN_DIAGONAL};
 
 /// A scene: one triangle mesh, its lights and the camera that looks at it.
@@ -18,22 +18,22 @@ pub struct Scene {
     pub mesh: Arc<Mesh>,
     /// The area lights. They are not geometry: they cast no shadow and the camera does not see them.
     pub lights: Vec<AreaLight>,
-    /// Pictures that lights refer to.
+    /// Textures that lights refer to.
     pub light_textures: Vec<Arc<LightTexture>>,
     /// The camera.
     pub camera: Camera,
 }
 
 impl Scene {
-    /// Picture of a light; none for a uniform one.
+    /// Texture of a light; none for a uniform one.
     #[inline]
-    pub fn picture(&self, light: &AreaLight) -> Option<Picture<'_>> {
+    pub fn light_texture(&self, light: &AreaLight) -> Option<PlacedTexture<'_>> {
         let place = light.texture?;
         let texture = self.light_textures.get(place.index as usize)?;
-        Some(Picture { texture, transposed: place.transposed })
+        Some(PlacedTexture { texture, transposed: place.transposed })
     }
 
-    /// Checks that the lights can be used and that their pictures exist.
+    /// Checks that the lights can be used and that their textures exist.
     ///
     /// # Errors
     /// The first fault found.

@@ -39,10 +39,10 @@ pub struct RefineOutput<'a> {
     /// do not aim at an error.
     pub expected_error: Option<f64>,
     /// Visible fractions of the first samples, as the ratio estimator gives them, [`NO_VALUE`](crate::values::NO_VALUE) where a
-    /// sample has none; empty where the refiner has computed none. They need not be computed again. Of lights with a picture, those of
+    /// sample has none; empty where the refiner has computed none. They need not be computed again. Of textured lights, those of
     /// red, green and blue as a vector.
     pub fractions: &'a [f32],
-    /// Visible fractions of red, green and blue of the first samples, for a light with a picture; otherwise empty.
+    /// Visible fractions of red, green and blue of the first samples, for a textured light; otherwise empty.
     pub colours: &'a [[f32; 3]],
     /// Pixels by what was certified of their cells, from refiners that ask for certificates.
     pub certified: CertificateCounts,

@@ -8,7 +8,7 @@ use halflight_core::values::Values;
 use rayon::prelude::*;
 
 use crate::irradiance::Shading;
-use crate::textured::SeenPicture;
+use crate::textured::SeenTexture;
 use crate::unshadowed::unshadowed_many;
 
 /// Pixels that are composed together.
@@ -29,7 +29,7 @@ pub(crate) fn luminance(rgb: Vec3) -> f32 {
 }
 
 /// Adds one light's share to `image`: `planes` holds irradiance per unit radiance, or the visible fraction that the
-/// analytic irradiance is multiplied with, and the mean of the light's picture where it has one. Three channels are factors of red, green and
+/// analytic irradiance is multiplied with, and the mean of the light's texture where it has one. Three channels are factors of red, green and
 /// blue; otherwise the first is a factor of the whole radiance. `totals`, where wanted, has been sized to the image.
 pub(crate) fn add_light(
     frame: &Frame,
@@ -41,8 +41,8 @@ pub(crate) fn add_light(
 ) {
     let channel = |channel| planes.channel(channel);
     let (gbuffer, light) = (frame.gbuffer, frame.light(number));
-    let picture = frame.picture(number).map(|picture| SeenPicture::new(light, &picture));
-    let lit = Lit { gbuffer, light, shading, picture: picture.as_ref() };
+    let texture = frame.light_texture(number).map(|texture| SeenTexture::new(light, &texture));
+    let lit = Lit { gbuffer, light, shading, texture: texture.as_ref() };
     match planes.channels() {
         3 => lit.add_planes([channel(0), channel(1), channel(2)], image, totals),
         _ => lit.add_planes([channel(0)], image, totals),
@@ -54,7 +54,7 @@ struct Lit<'a> {
     gbuffer: &'a GBuffer,
     light: &'a AreaLight,
     shading: Shading,
-    picture: Option<&'a SeenPicture>,
+    texture: Option<&'a SeenTexture>,
 }
 
 /// Radiance times one factor, or one for each of its channels, and the luminance of that.
@@ -98,7 +98,7 @@ impl Lit<'_> {
         image: &mut [Vec3],
         totals: Option<(&mut [f32], &mut [f32])>,
     ) {
-        let Self { gbuffer, light, shading, picture } = *self;
+        let Self { gbuffer, light, shading, texture } = *self;
         let pixels = first..first + image.len();
         let planes = planes.map(|plane| &plane[pixels.clone()]);
         // In the umbra it does not matter how much light there would be.
@@ -113,15 +113,15 @@ impl Lit<'_> {
             unshadowed_many(light, origins, normals, &mut irradiance[..image.len()]);
         }
         let uniform = (light.radiance, luminance(light.radiance));
-        let mut pictures = [Vec3::ONE; BLOCK];
-        if let Some(picture) = picture {
-            picture.seen(origins, normals, &mut pictures[..image.len()]);
+        let mut textures = [Vec3::ONE; BLOCK];
+        if let Some(texture) = texture {
+            texture.seen(origins, normals, &mut textures[..image.len()]);
         }
         // Radiance without occluders, and its luminance.
-        let seen = |lane: usize| match picture {
+        let seen = |lane: usize| match texture {
             None => uniform,
             Some(_) => {
-                let radiance = light.radiance * pictures[lane];
+                let radiance = light.radiance * textures[lane];
                 (radiance, luminance(radiance))
             }
         };
@@ -185,7 +185,7 @@ mod tests {
         let mut image = vec![Vec3::splat(0.25); PIXELS];
         let mut totals = Totals { unshadowed: vec![0.0; PIXELS], visible: vec![0.0; PIXELS] };
         let (gbuffer, light) = (floor(), light());
-        let lit = Lit { gbuffer: &gbuffer, light: &light, shading, picture: None };
+        let lit = Lit { gbuffer: &gbuffer, light: &light, shading, texture: None };
         let mut plain = vec![Vec3::splat(0.25); PIXELS];
         let channel = |channel| planes.channel(channel);
         match planes.channels() {

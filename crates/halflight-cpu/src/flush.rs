@@ -52,7 +52,7 @@ impl fmt::Display for FlushLight {
 }
 
 /// Returns a scene's lights, moved off the triangles that they are flush with, and which these are. Without a BVH, all
-/// triangles are tested. Lights with a picture of one colour become uniform lights.
+/// triangles are tested. Textured lights of one colour become uniform lights.
 pub fn separate_lights(scene: &Scene, bvh: Option<&Bvh>) -> (Vec<AreaLight>, Vec<FlushLight>) {
     let mesh = &scene.mesh;
     let size = |p: &Vec3| p.abs().max_element();
@@ -69,8 +69,8 @@ pub fn separate_lights(scene: &Scene, bvh: Option<&Bvh>) -> (Vec<AreaLight>, Vec
     })
 }
 
-/// Light without its picture if that has one colour.
-fn with_uniform_picture(scene: &Scene, light: AreaLight) -> AreaLight {
+/// Light without its texture if that has one colour.
+fn without_uniform_texture(scene: &Scene, light: AreaLight) -> AreaLight {
     let texture = light.texture.and_then(|place| scene.light_textures.get(place.index as usize));
     match texture.and_then(|texture| texture.uniform()) {
         Some(factor) => AreaLight { radiance: light.radiance * factor, texture: None, ..light },
@@ -86,7 +86,7 @@ fn separate_from(
 ) -> (Vec<AreaLight>, Vec<FlushLight>) {
     let (mut lights, mut flush) = (Vec::with_capacity(scene.lights.len()), Vec::new());
     for (number, light) in (0..).zip(&scene.lights) {
-        let light = &with_uniform_picture(scene, *light);
+        let light = &without_uniform_texture(scene, *light);
         let Some(plane) = Plane::new(light) else {
             lights.push(*light);
             continue;

@@ -4,7 +4,7 @@ use glam::Vec3;
 use halflight_core::fragment::{Fragments, Sample};
 use halflight_core::frame::Frame;
 use halflight_core::light::AreaLight;
-use halflight_core::light_texture::Picture;
+use halflight_core::light_texture::PlacedTexture;
 use halflight_core::mask::MaskBatch;
 use halflight_core::stages::RefineOutput;
 use halflight_core::values::{NO_VALUE, Values};
@@ -149,11 +149,11 @@ pub fn fraction(light: &AreaLight, batch: &MaskBatch, query: usize) -> Option<f3
     }
 }
 
-/// Sums over the visible samples of a light with a picture, over queries that have been answered: the geometry term, 1/m², times the texel that
+/// Sums over the visible samples of a textured light, over queries that have been answered: the geometry term, 1/m², times the texel that
 /// the sample lies on; and the number of all samples, those below a horizon included.
-pub fn picture_sums(
+pub fn texture_sums(
     light: &AreaLight,
-    picture: &Picture,
+    texture: &PlacedTexture,
     batch: &MaskBatch,
     first: usize,
     count: usize,
@@ -174,7 +174,7 @@ pub fn picture_sums(
                 let squared = to.length_squared();
                 if squared > 0.0 {
                     let term = to.dot(query.normal).max(0.0) * (-to.dot(facing)).max(0.0);
-                    sum += picture.at(uv) * (term / (squared * squared));
+                    sum += texture.at(uv) * (term / (squared * squared));
                 }
             }
         }
@@ -182,19 +182,19 @@ pub fn picture_sums(
     (sum, asked)
 }
 
-/// Irradiance of red, green and blue per radiance of a light with a picture, over queries that have been answered.
-pub fn sampled_picture(
+/// Irradiance of red, green and blue per radiance of a textured light, over queries that have been answered.
+pub fn sampled_texture(
     light: &AreaLight,
-    picture: &Picture,
+    texture: &PlacedTexture,
     batch: &MaskBatch,
     first: usize,
     count: usize,
 ) -> Vec3 {
-    let (sum, asked) = picture_sums(light, picture, batch, first, count);
+    let (sum, asked) = texture_sums(light, texture, batch, first, count);
     if asked == 0 { Vec3::ZERO } else { sum * (light.frame_area() / asked as f32) }
 }
 
-/// Computes the value of every sample: in one channel, or in three where the light has a picture. `known` are what the refiner has found
+/// Computes the value of every sample: in one channel, or in three where the light has a texture. `known` are what the refiner has found
 /// of the first of them.
 pub fn evaluate(
     frame: &Frame,
@@ -203,17 +203,17 @@ pub fn evaluate(
     known: &RefineOutput,
     values: &mut Values,
 ) {
-    match frame.picture(fragments.light()) {
+    match frame.light_texture(fragments.light()) {
         None => evaluate_uniform(frame, fragments, shading, known.fractions, values),
-        Some(picture) => evaluate_picture(frame, fragments, shading, &picture, known, values),
+        Some(texture) => evaluate_textured(frame, fragments, shading, &texture, known, values),
     }
 }
 
-fn evaluate_picture(
+fn evaluate_textured(
     frame: &Frame,
     fragments: &Fragments,
     shading: Shading,
-    picture: &Picture,
+    texture: &PlacedTexture,
     known: &RefineOutput,
     values: &mut Values,
 ) {
@@ -226,7 +226,7 @@ fn evaluate_picture(
     let all = known.colours.len().max(known.fractions.len());
     let mut table = StrataTable::default();
     if all < samples.len() && shading == Shading::Ratio {
-        fragments.batches().iter().for_each(|batch| table.add(picture, light.radiance, batch.pattern()));
+        fragments.batches().iter().for_each(|batch| table.add(texture, light.radiance, batch.pattern()));
     }
     let value = |(index, sample): (usize, &Sample)| {
         if let Some(known) = found(index).filter(|_| shading == Shading::Ratio) {
@@ -239,7 +239,7 @@ fn evaluate_picture(
         let (batch, first, count) =
             (fragments.batch(sample.batch), sample.first as usize, usize::from(sample.probes));
         if shading == Shading::Sampled {
-            return sampled_picture(light, picture, batch, first, count).to_array();
+            return sampled_texture(light, texture, batch, first, count).to_array();
         }
         let Some(strata) = table.of(batch.pattern()) else { return [nothing; 3] };
         let sums = if count == 1 {

@@ -398,10 +398,10 @@ impl Pipeline {
         Ok(())
     }
 
-    /// Replaces the lights and their pictures, as for the next frame of a video. Nothing that grows with the mesh is copied or built.
+    /// Replaces the lights and their textures, as for the next frame of a video. Nothing that grows with the mesh is copied or built.
     ///
     /// # Errors
-    /// No light is given, or one cannot be used or has a picture that is not there; the pipeline is then as it was.
+    /// No light is given, or one cannot be used or has a texture that is not there; the pipeline is then as it was.
     pub fn set_textured_lights(
         &mut self,
         lights: &[AreaLight],

@@ -341,12 +341,12 @@ fn frame_bytes(buffers: &Buffers, frames: &[Frame]) -> Vec<u8> {
     bytes
 }
 
-/// Refuses lights with pictures of more than one colour.
+/// Refuses textured lights of more than one colour.
 fn refuse_lights(lights: &[AreaLight]) -> Result<(), GpuError> {
     match lights.iter().any(|light| light.texture.is_some()) {
         true => Err(GpuError::Unsupported {
-            stage: "a light with a picture",
-            reason: "render the scene on the CPU, or take the picture off the light",
+            stage: "a textured light",
+            reason: "render the scene on the CPU, or take the texture off the light",
         }),
         false => Ok(()),
     }

@@ -11,7 +11,7 @@ use crate::animation::AnimationEntry;
 use crate::camera::read_view;
 use crate::error::SceneError;
 use crate::light_shape::LightShape;
-use crate::picture::PictureEntry;
+use crate::light_texture::TextureEntry;
 use crate::section::{Section, Source, tables};
 use crate::transform::Transform;
 
@@ -19,8 +19,8 @@ use crate::transform::Transform;
 pub(crate) struct SceneFile {
     pub(crate) camera: Camera,
     pub(crate) lights: Vec<AreaLight>,
-    /// Picture of every light that has one.
-    pub(crate) pictures: Vec<Option<PictureEntry>>,
+    /// Texture of every light that has one.
+    pub(crate) textures: Vec<Option<TextureEntry>>,
     pub(crate) meshes: Vec<MeshEntry>,
     pub(crate) animation: Option<AnimationEntry>,
 }
@@ -85,7 +85,7 @@ impl SceneFile {
         let camera = read_camera(Section::new(source, "[camera]", camera)?)?;
         let lights = tables(&mut root, "light", "light")?.into_iter().enumerate();
         let lights = lights.map(|(index, light)| read_light(index, light)).collect::<Result<Vec<_>, _>>()?;
-        let (lights, pictures): (Vec<_>, Vec<_>) = lights.into_iter().unzip();
+        let (lights, textures): (Vec<_>, Vec<_>) = lights.into_iter().unzip();
         if lights.is_empty() {
             let hint = "has no [[light]]; without one every picture is black. Add one with corner, edge_u, edge_v and radiance";
             return Err(root.fault(1, hint));
@@ -102,7 +102,7 @@ impl SceneFile {
             }
             None => None,
         };
-        Ok(Self { camera, lights, pictures, meshes, animation })
+        Ok(Self { camera, lights, textures, meshes, animation })
     }
 }
 
@@ -114,7 +114,7 @@ fn read_camera(mut section: Section<'_>) -> Result<Camera, SceneError> {
 fn read_light(
     index: usize,
     mut section: Section<'_>,
-) -> Result<(AreaLight, Option<PictureEntry>), SceneError> {
+) -> Result<(AreaLight, Option<TextureEntry>), SceneError> {
     let shape = LightShape::read(&mut section)?;
     let radiance = section.vector("radiance")?;
     let radiance = section.require("radiance", "[10, 10, 10]", radiance)?;
@@ -129,8 +129,8 @@ fn read_light(
         line: section.line,
         source,
     })?;
-    let picture = PictureEntry::read(&mut section)?;
-    Ok((light, picture))
+    let texture = TextureEntry::read(&mut section)?;
+    Ok((light, texture))
 }
 
 fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {

@@ -22,11 +22,11 @@
 //! ## shape = "polygon", points = [[0, 3, 0], [1, 3, 0], [0.5, 3, 1]], convex; emits to where they run counterclockwise
 //! radiance = [10, 10, 10] # W/m²/sr
 //! two_sided = false       # optional, this is the default
-//! ## texture = "screen.png"  # optional: a picture that the radiance is multiplied with, its lower left at the corner, its rows along edge_u;
+//! ## texture = "screen.png"  # optional: a texture that the radiance is multiplied with, its lower left at the corner, its rows along edge_u;
 //! ##                          # "screen-####.png" is a video, of frames with numbers of four digits
 //! ## texture_encoding = "auto" # optional: linear in HDR and EXR files, sRGB in others; or "linear", "srgb"
 //! ## texture_fps = 24        # optional, of a video, which begins again after its last frame
-//! ## texture_stretch = false # optional: true if the picture's aspect ratio is not the light's
+//! ## texture_stretch = false # optional: true if the texture's aspect ratio is not the light's
 //!
 //! [[mesh]]
 //! generator = "contact"   # or: file = "mesh.obj" (or .ply), relative to the scene file
@@ -84,12 +84,12 @@ mod folders;
 pub mod generate;
 mod library;
 mod light_shape;
+mod light_texture;
 mod load;
 mod model;
 mod mtl;
 mod normals;
 mod obj;
-mod picture;
 mod ply;
 mod polygon;
 mod report;

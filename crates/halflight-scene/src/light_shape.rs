@@ -4,7 +4,7 @@ use glam::Vec3;
 use halflight_core::light::AreaLight;
 
 use crate::error::SceneError;
-use crate::picture::PictureEntry;
+use crate::light_texture::TextureEntry;
 use crate::section::{Found, Section};
 
 /// Keys of every light.
@@ -27,8 +27,8 @@ impl LightShape {
             Some(Found { value, line }) => (value, line),
         };
         let allow = |keys: &[&str]| {
-            let pictures: &[&str] = if name == "parallelogram" { &PictureEntry::KEYS } else { &[] };
-            section.allow(&[keys, &COMMON, pictures].concat())
+            let textures: &[&str] = if name == "parallelogram" { &TextureEntry::KEYS } else { &[] };
+            section.allow(&[keys, &COMMON, textures].concat())
         };
         match name.as_str() {
             "parallelogram" => {

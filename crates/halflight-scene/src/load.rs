@@ -16,9 +16,9 @@ use crate::context::{Context, MAX_COUNT};
 use crate::error::SceneError;
 use crate::file::{MeshEntry, Origin, SceneFile, Smooth};
 use crate::generate::{GenerateError, generate};
+use crate::light_texture::TextureEntry;
 use crate::model::ModelMesh;
 use crate::normals::compute_missing_normals;
-use crate::picture::PictureEntry;
 use crate::report::{LoadReport, MeshReport};
 use crate::section::{Source, line_ends};
 use crate::transform::Transform;
@@ -57,23 +57,23 @@ pub(crate) fn load(text: &str, name: &str, folder: &Path) -> Result<Loaded, Scen
     all.textures = context.textures.textures;
     let fault = |source| SceneError::Mesh { file: name.to_string(), source };
     all.validate().map_err(fault)?;
-    let (lights, light_textures, videos) = load_pictures(file.lights, &file.pictures, source, folder)?;
+    let (lights, light_textures, videos) = load_textures(file.lights, &file.textures, source, folder)?;
     let animation = file.animation.map(|entry| entry.place(source, &lights, &all, &vertices));
     let animation = Animation::with_videos(animation.transpose()?, videos);
     let scene = Scene { mesh: Arc::new(all), lights, light_textures, camera: file.camera };
     Ok(Loaded { scene, animation, report })
 }
 
-/// Lights with their pictures, all pictures, and the videos among them.
-type Pictures = (Vec<AreaLight>, Vec<Arc<LightTexture>>, Vec<Video>);
+/// Lights with their textures, all textures, and the videos among them.
+type Textures = (Vec<AreaLight>, Vec<Arc<LightTexture>>, Vec<Video>);
 
-/// Reads the pictures of lights.
-fn load_pictures(
+/// Reads the textures of lights.
+fn load_textures(
     mut lights: Vec<AreaLight>,
-    entries: &[Option<PictureEntry>],
+    entries: &[Option<TextureEntry>],
     source: Source<'_>,
     folder: &Path,
-) -> Result<Pictures, SceneError> {
+) -> Result<Textures, SceneError> {
     let (mut textures, mut videos) = (Vec::new(), Vec::new());
     for (index, (light, entry)) in lights.iter_mut().zip(entries).enumerate() {
         let Some(entry) = entry else { continue };

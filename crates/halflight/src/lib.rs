@@ -2,7 +2,7 @@
 //!
 #![doc = include_str!("picture.md")]
 //!
-//! Light is direct, surfaces are diffuse, lights are flat: parallelograms with or without pictures, disks, ellipses and convex
+//! Light is direct, surfaces are diffuse, lights are flat: plain or textured parallelograms, disks, ellipses and convex
 //! polygons. A frame comes down to an error target or a
 //! [`Quality`](config::Quality) ([`PipelineConfig`](config::PipelineConfig)) instead of a number of samples.
 //!

@@ -10,7 +10,7 @@ use halflight_core::values::Values;
 use super::sources::Source;
 use super::surfaces::Seen;
 use crate::irradiance::Shading;
-use crate::textured::SeenPicture;
+use crate::textured::SeenTexture;
 use crate::unshadowed::unshadowed_many;
 
 /// Sub-samples that are lit together.
@@ -29,8 +29,8 @@ pub(super) struct Lit<'a> {
     /// Surfaces of the sub-samples, and values of those that have masks of their own.
     pub(super) samples: &'a GBuffer,
     pub(super) own: &'a [Vec3],
-    /// Picture of the light, if it has one.
-    pub(super) picture: Option<&'a SeenPicture>,
+    /// Texture of the light, if it has one.
+    pub(super) texture: Option<&'a SeenTexture>,
 }
 
 /// Sub-samples that wait for their unshadowed irradiance.
@@ -117,9 +117,9 @@ impl Lit<'_> {
             let (origins, normals) = (&block.source_origins[..count], &block.source_normals[..count]);
             unshadowed_many(light, origins, normals, &mut at_source[..count]);
         }
-        let mut pictures = [Vec3::ONE; BLOCK];
-        if let Some(picture) = self.picture.filter(|_| self.shading == Shading::Ratio) {
-            picture.seen(&block.origins[..count], &block.normals[..count], &mut pictures);
+        let mut textures = [Vec3::ONE; BLOCK];
+        if let Some(texture) = self.texture.filter(|_| self.shading == Shading::Ratio) {
+            texture.seen(&block.origins[..count], &block.normals[..count], &mut textures);
         }
         for lane in 0..count {
             let factor = match self.shading {
@@ -129,7 +129,7 @@ impl Lit<'_> {
                 }
                 Shading::Sampled => 1.0,
             };
-            let irradiance = light.radiance * pictures[lane] * block.values[lane] * factor;
+            let irradiance = light.radiance * textures[lane] * block.values[lane] * factor;
             sums[block.pixel[lane]] += block.albedo[lane] * irradiance * FRAC_1_PI;
         }
     }

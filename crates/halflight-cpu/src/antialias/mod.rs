@@ -28,8 +28,8 @@ use halflight_core::values::Values;
 use rayon::prelude::*;
 
 use crate::bvh::Bvh;
-use crate::irradiance::{Shading, fraction, query_sums, sampled_picture};
-use crate::textured::{SeenPicture, StrataRadiance};
+use crate::irradiance::{Shading, fraction, query_sums, sampled_texture};
+use crate::textured::{SeenTexture, StrataRadiance};
 use edges::Edges;
 use light::Lit;
 use rays::SubSamples;
@@ -117,7 +117,7 @@ impl Antialias {
         self.ask(frame, number, shading, visibility);
         let Self { samples, sources, own, sums, .. } = self;
         let light = frame.light(number);
-        let picture = frame.picture(number).map(|picture| SeenPicture::new(light, &picture));
+        let texture = frame.light_texture(number).map(|texture| SeenTexture::new(light, &texture));
         let lit = Lit {
             light,
             shading,
@@ -125,7 +125,7 @@ impl Antialias {
             planes,
             samples: &samples.surfaces,
             own,
-            picture: picture.as_ref(),
+            texture: texture.as_ref(),
         };
         let tasks = sums.par_chunks_mut(TASK).enumerate();
         tasks.for_each(|(task, sums)| {
@@ -152,16 +152,16 @@ impl Antialias {
         });
         visibility.masks(frame, batch);
         self.counts.masks += asking.len() as u64;
-        let picture = frame.picture(number);
-        let strata = picture.map(|picture| StrataRadiance::new(&picture, light.radiance, batch.pattern()));
+        let texture = frame.light_texture(number);
+        let strata = texture.map(|texture| StrataRadiance::new(&texture, light.radiance, batch.pattern()));
         for (query, &(sample, _)) in asking.iter().enumerate() {
-            own[sample] = match (shading, &strata, &picture) {
+            own[sample] = match (shading, &strata, &texture) {
                 (Shading::Ratio, Some(strata), _) => strata
                     .fractions(light, batch, query)
                     .and_then(|sums| sums.fractions())
                     .map_or(Vec3::ZERO, Vec3::from_array),
                 (Shading::Ratio, None, _) => Vec3::splat(fraction(light, batch, query).unwrap_or(0.0)),
-                (Shading::Sampled, _, Some(picture)) => sampled_picture(light, picture, batch, query, 1),
+                (Shading::Sampled, _, Some(texture)) => sampled_texture(light, texture, batch, query, 1),
                 (Shading::Sampled, _, None) => {
                     Vec3::splat(query_sums(light, batch, query, 1).sampled(light.frame_area()))
                 }

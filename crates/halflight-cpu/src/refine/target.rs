@@ -384,7 +384,7 @@ impl Neighbours {
     }
 
     /// Expected squared error of the visible fraction that a query's mask gives, and the fraction of
-    /// differing neighbouring samples. With the strata of a light with a picture, errors are those of red, green and blue together.
+    /// differing neighbouring samples. With the strata of a textured light, errors are those of red, green and blue together.
     pub(super) fn variance(
         &self,
         batch: &MaskBatch,
@@ -430,7 +430,7 @@ impl Neighbours {
 
 impl Neighbours {
     /// Number of differing neighbouring samples over the square of the number of samples, each by what its stratum emits. A stratum that differs
-    /// from a neighbour is cut by an edge, and its error has the size of its mean square: part of it comes from the picture's variation inside.
+    /// from a neighbour is cut by an edge, and its error has the size of its mean square: part of it comes from the texture's variation inside.
     fn weight(&self, wanted: &[u64], visible: &[u64], strata: &StrataRadiance) -> f64 {
         let (mut sum, mut whole) = (0.0, DVec3::ZERO);
         let each = |mut bits: u64, word: usize, add: &mut dyn FnMut(usize)| {

@@ -1,8 +1,8 @@
-//! Mean of a light's picture as receivers see it without occluders.
+//! Mean of a light's texture as receivers see it without occluders.
 
 use glam::{Vec2, Vec3};
 use halflight_core::light::AreaLight;
-use halflight_core::light_texture::Picture;
+use halflight_core::light_texture::PlacedTexture;
 use halflight_core::scene::Scene;
 
 use crate::samples::{LANES, geometry_terms};
@@ -17,7 +17,7 @@ const SIDES: [u16; 5] = [4, 8, 16, 32, 64];
 const DISTANCE: f32 = 4.0;
 
 /// Cells of a light, a grid for each number of them.
-pub struct SeenPicture {
+pub struct SeenTexture {
     grids: Vec<Grid>,
     /// Corner and edges of the light, and the inverse squared lengths of the edges.
     frame: [Vec3; 3],
@@ -34,11 +34,11 @@ struct Grid {
     rgb: [Vec<f32>; 3],
 }
 
-impl SeenPicture {
+impl SeenTexture {
     /// Cells of a light of a scene; none if it is uniform.
     pub fn of(scene: &Scene, light: usize) -> Option<Self> {
         let light = scene.lights.get(light)?;
-        Some(Self::new(light, &scene.picture(light)?))
+        Some(Self::new(light, &scene.light_texture(light)?))
     }
 
     /// Mean factors of the radiance that a receiver with this normal sees.
@@ -46,11 +46,11 @@ impl SeenPicture {
         self.seen_by(Isa::best(), origin, normal)
     }
 
-    pub(crate) fn new(light: &AreaLight, picture: &Picture) -> Self {
+    pub(crate) fn new(light: &AreaLight, texture: &PlacedTexture) -> Self {
         let frame = light.frame();
         let longest = frame.u.length().max(frame.v.length());
         let grid = |side: u16| {
-            let cells = picture.cells(side, side);
+            let cells = texture.cells(side, side);
             let centre = |index: usize| {
                 let (column, row) = (index % usize::from(side), index / usize::from(side));
                 light.point(Vec2::new(column as f32 + 0.5, row as f32 + 0.5) / f32::from(side))
@@ -67,7 +67,7 @@ impl SeenPicture {
             frame: [frame.origin, frame.u, frame.v],
             normal: light.normal(),
             two_sided: light.two_sided,
-            mean: picture.mean(),
+            mean: texture.mean(),
         }
     }
 

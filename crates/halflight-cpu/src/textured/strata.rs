@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec4};
 use halflight_core::light::AreaLight;
-use halflight_core::light_texture::Picture;
+use halflight_core::light_texture::PlacedTexture;
 use halflight_core::mask::MaskBatch;
 use halflight_core::pattern::Pattern;
 
@@ -10,7 +10,7 @@ use crate::samples::{LANES, facing, geometry_terms, points};
 use crate::simd::{Isa, Kernel, Lanes, Simd};
 use crate::vector::Vector;
 
-/// Mean radiance of a light with a picture in the strata of a pattern, relative to the light's radiance.
+/// Mean radiance of a textured light in the strata of a pattern, relative to the light's radiance.
 #[derive(Clone, Debug)]
 pub struct StrataRadiance {
     pattern: Pattern,
@@ -54,16 +54,16 @@ impl ChannelSums {
 }
 
 impl StrataRadiance {
-    /// Means of the picture of a light with this radiance.
-    pub fn new(picture: &Picture, radiance: Vec3, pattern: Pattern) -> Self {
-        let cells = picture.cells(pattern.columns, pattern.rows);
+    /// Means of the texture of a light with this radiance.
+    pub fn new(texture: &PlacedTexture, radiance: Vec3, pattern: Pattern) -> Self {
+        let cells = texture.cells(pattern.columns, pattern.rows);
         let count = cells.len().next_multiple_of(LANES);
         let channel = |channel: usize| {
             let mut values: Vec<f32> = cells.iter().map(|cell| cell[channel] * radiance[channel]).collect();
             values.resize(count, 0.0);
             values
         };
-        // The variation inside a stratum is that of the picture, whatever the colour of the light.
+        // The variation inside a stratum is that of the texture, whatever the colour of the light.
         let square = |cell: &Vec4| {
             let (mean, plain) =
                 ((cell.truncate() * radiance).length_squared(), cell.truncate().length_squared());
@@ -128,9 +128,9 @@ impl StrataTable {
     }
 
     /// Computes the strata of a pattern, if they are not known.
-    pub(crate) fn add(&mut self, picture: &Picture, radiance: Vec3, pattern: Pattern) {
+    pub(crate) fn add(&mut self, texture: &PlacedTexture, radiance: Vec3, pattern: Pattern) {
         if self.of(pattern).is_none() {
-            self.0.push(StrataRadiance::new(picture, radiance, pattern));
+            self.0.push(StrataRadiance::new(texture, radiance, pattern));
         }
     }
 

@@ -21,7 +21,7 @@ use halflight_cpu::flush;
 use halflight_cpu::gbuffer;
 use halflight_cpu::pipeline::PipelineError;
 use halflight_cpu::prepared::PreparedScene;
-use halflight_cpu::textured::SeenPicture;
+use halflight_cpu::textured::SeenTexture;
 use halflight_cpu::unshadowed::unshadowed;
 use halflight_metrics::{
     CompareError, Image, ImageError, WriteError, flicker, grain, halves_noise, luminance,
@@ -293,15 +293,15 @@ fn finish(scene: &Scene, seen: &GBuffer, state: &State) -> Result<Reference, Ref
 
 /// Returns the visible fraction of the unshadowed light at each pixel of an image.
 fn visible_fractions(scene: &Scene, seen: &GBuffer, irradiance: &[Vec3]) -> Vec<f32> {
-    let pictures: Vec<Option<SeenPicture>> =
-        (0..scene.lights.len()).map(|light| SeenPicture::of(scene, light)).collect();
+    let textures: Vec<Option<SeenTexture>> =
+        (0..scene.lights.len()).map(|light| SeenTexture::of(scene, light)).collect();
     let fraction = |(pixel, visible): (usize, &Vec3)| {
         let receiver = seen.receiver(pixel)?;
         let all = |(number, light): (usize, &AreaLight)| {
-            let picture = pictures[number]
+            let texture = textures[number]
                 .as_ref()
-                .map_or(Vec3::ONE, |picture| picture.mean_seen(receiver.origin, receiver.normal));
-            light.radiance * picture * unshadowed(light, receiver.origin, receiver.normal)
+                .map_or(Vec3::ONE, |texture| texture.mean_seen(receiver.origin, receiver.normal));
+            light.radiance * texture * unshadowed(light, receiver.origin, receiver.normal)
         };
         let all = luminance(scene.lights.iter().enumerate().map(all).sum::<Vec3>().into());
         (all > 0.0).then(|| (luminance((*visible).into()) / all) as f32)

@@ -18,14 +18,14 @@ const MAGIC: [u8; 8] = *b"HLREF 1\n";
 /// Number of bytes before the sums: magic, key, passes, pixels, planes.
 const HEADER: usize = 40;
 
-/// Planes of a light's sums: one, or those of red, green and blue of a light with a picture.
+/// Planes of a light's sums: one, or those of red, green and blue of a textured light.
 pub(super) fn planes(scene: &Scene, light: usize) -> Range<usize> {
     let channels = |light: &AreaLight| if light.texture.is_some() { 3 } else { 1 };
     let first = scene.lights[..light].iter().map(channels).sum();
     first..first + scene.lights.get(light).map_or(0, channels)
 }
 
-/// `[Σ l g V, Σ g]` of every pixel, for each half and plane; `l` are the texels of a light with a picture, else 1.
+/// `[Σ l g V, Σ g]` of every pixel, for each half and plane; `l` are the texels of a textured light, else 1.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct State {
     /// Hash of the image that the sums belong to.

@@ -11,7 +11,7 @@ use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::Scene;
 use halflight_core::stages::Refiner;
 use halflight_cpu::bvh::Bvh;
-use halflight_cpu::irradiance::{Sums, picture_sums, query_sums};
+use halflight_cpu::irradiance::{Sums, query_sums, texture_sums};
 use halflight_cpu::rays::BvhRays;
 use halflight_cpu::refine::PerPixel;
 use halflight_cpu::requests::Requests;
@@ -60,7 +60,7 @@ impl<'a> Tracer<'a> {
         };
         let half = (state.passes % 2) as usize;
         for (number, light) in self.scene.lights.iter().enumerate() {
-            let picture = frame.picture(number as u32);
+            let texture = frame.light_texture(number as u32);
             self.fragments.reset(self.seen.width, self.seen.height, number as u32);
             let mut rays = Requests::new(&mut self.rays);
             self.refiner.refine(&frame, number as u32, &mut rays, &mut self.fragments);
@@ -69,8 +69,8 @@ impl<'a> Tracer<'a> {
                 let batch = fragments.batch(sample.batch);
                 let (first, count) = (sample.first as usize, usize::from(sample.probes));
                 let sums = query_sums(light, batch, first, count);
-                let visible = match &picture {
-                    Some(picture) => picture_sums(light, picture, batch, first, count).0,
+                let visible = match &texture {
+                    Some(texture) => texture_sums(light, texture, batch, first, count).0,
                     None => Vec3::splat(sums.visible),
                 };
                 (sample.pixel, sums, visible)

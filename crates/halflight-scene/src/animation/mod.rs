@@ -31,23 +31,23 @@ pub struct Animation {
     videos: Vec<Video>,
 }
 
-/// Pictures that a light shows one after another, from the first again after the last.
+/// Textures that a light shows one after another, from the first again after the last.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Video {
     /// Index of the light.
     pub(crate) light: usize,
-    /// Index of the first picture, and number of pictures.
+    /// Index of the first texture, and number of textures.
     pub(crate) first: u32,
     pub(crate) frames: u32,
-    /// Pictures a second.
+    /// Textures a second.
     pub(crate) fps: f32,
 }
 
-/// Part of a picture by which times may be rounded down.
+/// Part of a texture by which times may be rounded down.
 const EARLY: f32 = 1e-3;
 
 impl Video {
-    /// Index of the picture at `time`, in seconds.
+    /// Index of the texture at `time`, in seconds.
     fn at(&self, time: f32) -> u32 {
         self.first + ((time * self.fps + EARLY).max(0.0) as u32) % self.frames.max(1)
     }

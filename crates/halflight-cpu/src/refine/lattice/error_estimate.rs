@@ -41,9 +41,9 @@ impl Lattice {
     pub(super) fn evaluate_fractions(&mut self, view: &View, known: usize, fragments: &Fragments) {
         let (samples, light) = (&fragments.samples()[known..], view.frame.light(view.light));
         self.fractions.resize(fragments.samples().len(), NO_VALUE);
-        if let Some(picture) = view.frame.picture(view.light) {
+        if let Some(texture) = view.frame.light_texture(view.light) {
             for batch in fragments.batches() {
-                self.strata.add(&picture, light.radiance, batch.pattern());
+                self.strata.add(&texture, light.radiance, batch.pattern());
             }
             let Self { strata, fractions, colours, .. } = self;
             colours.resize(fragments.samples().len(), [NO_VALUE; 3]);
@@ -81,8 +81,8 @@ impl Lattice {
     /// `samples`.
     pub(super) fn evaluate_batch(&mut self, view: &View, batch: &MaskBatch, samples: &[u32]) {
         let light = view.frame.light(view.light);
-        if let Some(picture) = view.frame.picture(view.light) {
-            self.strata.add(&picture, light.radiance, batch.pattern());
+        if let Some(texture) = view.frame.light_texture(view.light) {
+            self.strata.add(&texture, light.radiance, batch.pattern());
             let strata = &self.strata;
             let queries = (0..samples.len()).into_par_iter().with_min_len(256);
             let found = queries.map(|query| by_channel(strata, light, batch, query));
@@ -160,8 +160,8 @@ impl Lattice {
             _ => self.measure(view, fragments),
         };
         let sum = measured.noise + self.error_of_cells(view);
-        let picture = view.frame.picture(view.light).map_or(Vec3::ONE, |picture| picture.mean());
-        sum * f64::from(luminance(view.frame.light(view.light).radiance * picture)).powi(2)
+        let texture = view.frame.light_texture(view.light).map_or(Vec3::ONE, |texture| texture.mean());
+        sum * f64::from(luminance(view.frame.light(view.light).radiance * texture)).powi(2)
     }
 
     /// Sums up noise and energy over the traced pixels.

@@ -158,11 +158,11 @@ pub struct Lattice {
     discontinuities: Discontinuities,
     /// Sample of every pixel, or [`NONE`].
     corners: Vec<u32>,
-    /// Visible fraction of every sample, of a light with a picture that of all channels together; NaN where the light lies below its horizon.
+    /// Visible fraction of every sample, of a textured light that of all channels together; NaN where the light lies below its horizon.
     fractions: Vec<f32>,
-    /// Visible fractions of red, green and blue of every sample, for a light with a picture.
+    /// Visible fractions of red, green and blue of every sample, for a textured light.
     colours: Vec<[f32; 3]>,
-    /// Strata of a light with a picture.
+    /// Strata of a textured light.
     strata: StrataTable,
     /// Expected squared error of every sample's fraction, for a bound on visible errors; after smoothing if `smoothed`.
     variances: Vec<f32>,

@@ -1,4 +1,4 @@
-//! Lights with pictures and videos, and their faults.
+//! Textured lights and videos, and their faults.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "helpers of tests")]
 
 mod common;
@@ -14,36 +14,36 @@ fn scene(keys: &str) -> String {
     format!("{}{keys}\n\n{FLOOR}", HEAD.trim_end().to_owned() + "\n")
 }
 
-/// A picture of 2 × 2 texels, dark on the left, with a given red on the right.
-fn picture(red: u8) -> RgbImage {
+/// A texture of 2 × 2 texels, dark on the left, with a given red on the right.
+fn texture(red: u8) -> RgbImage {
     RgbImage::from_fn(2, 2, |x, y| if x == 0 { Rgb([0, 0, 0]) } else { Rgb([red, 188, y as u8 * 255]) })
 }
 
 #[test]
 fn srgb_is_decoded_and_the_lower_left_is_the_corner() {
-    let folder = Folder::new("picture-srgb");
-    picture(255).save(folder.0.join("screen.png")).unwrap();
+    let folder = Folder::new("texture-srgb");
+    texture(255).save(folder.0.join("screen.png")).unwrap();
     let loaded = folder.load_text(&scene("texture = \"screen.png\"")).unwrap();
     assert!(loaded.animation.is_none());
     let light = loaded.scene.lights[0];
-    let picture = loaded.scene.picture(&light).unwrap();
-    assert_eq!(picture.at(Vec2::new(0.25, 0.25)), Vec3::ZERO);
-    let (low, high) = (picture.at(Vec2::new(0.75, 0.25)), picture.at(Vec2::new(0.75, 0.75)));
+    let texture = loaded.scene.light_texture(&light).unwrap();
+    assert_eq!(texture.at(Vec2::new(0.25, 0.25)), Vec3::ZERO);
+    let (low, high) = (texture.at(Vec2::new(0.75, 0.25)), texture.at(Vec2::new(0.75, 0.75)));
     assert!((low - Vec3::new(1.0, 0.502_886, 1.0)).length() < 1e-4, "{low}");
     assert_eq!((high.x, high.z), (1.0, 0.0));
     let linear = folder.load_text(&scene("texture = \"screen.png\"\ntexture_encoding = \"linear\"")).unwrap();
-    let low = linear.scene.picture(&linear.scene.lights[0]).unwrap().at(Vec2::new(0.75, 0.25));
+    let low = linear.scene.light_texture(&linear.scene.lights[0]).unwrap().at(Vec2::new(0.75, 0.25));
     assert!((low.y - 188.0 / 255.0).abs() < 1e-5, "{low}");
 }
 
 #[test]
 fn floats_are_linear_and_may_exceed_1() {
-    let folder = Folder::new("picture-floats");
+    let folder = Folder::new("texture-floats");
     let image = Rgb32FImage::from_fn(2, 2, |x, _| Rgb([0.5, 8.0, x as f32]));
     for name in ["screen.exr", "screen.hdr"] {
         image::DynamicImage::from(image.clone()).save(folder.0.join(name)).unwrap();
         let loaded = folder.load_text(&scene(&format!("texture = \"{name}\""))).unwrap();
-        let found = loaded.scene.picture(&loaded.scene.lights[0]).unwrap().at(Vec2::new(0.9, 0.1));
+        let found = loaded.scene.light_texture(&loaded.scene.lights[0]).unwrap().at(Vec2::new(0.9, 0.1));
         assert!((found - Vec3::new(0.5, 8.0, 1.0)).abs().max_element() < 0.04, "{name}: {found}");
     }
     let deep = ImageBuffer::from_fn(2, 2, |_, _| Luma([65535u16]));
@@ -54,9 +54,9 @@ fn floats_are_linear_and_may_exceed_1() {
 
 #[test]
 fn frames_of_a_video_follow_each_other() {
-    let folder = Folder::new("picture-video");
+    let folder = Folder::new("texture-video");
     for (number, red) in [(7, 10), (8, 100), (9, 255)] {
-        picture(red).save(folder.0.join(format!("screen-{number:03}.png"))).unwrap();
+        texture(red).save(folder.0.join(format!("screen-{number:03}.png"))).unwrap();
     }
     folder.write("screen-12345.txt", "").write("screen-1.png", "");
     let loaded = folder.load_text(&scene("texture = \"screen-###.png\"\ntexture_fps = 10")).unwrap();
@@ -70,15 +70,15 @@ fn frames_of_a_video_follow_each_other() {
 
 #[test]
 fn faults_name_file_and_line() {
-    let folder = Folder::new("picture-faults");
-    picture(255).save(folder.0.join("screen.png")).unwrap();
+    let folder = Folder::new("texture-faults");
+    texture(255).save(folder.0.join("screen.png")).unwrap();
     RgbImage::new(4, 2).save(folder.0.join("wide.png")).unwrap();
     let dark = Rgb32FImage::from_pixel(2, 2, Rgb([0.5, -1.0, 0.0]));
     image::DynamicImage::from(dark).save(folder.0.join("negative.exr")).unwrap();
     for (name, side) in [("a-01.png", 2), ("a-02.png", 4), ("b-01.png", 2), ("b-03.png", 2)] {
         RgbImage::new(side, side).save(folder.0.join(name)).unwrap();
     }
-    folder.write("text.png", "no picture");
+    folder.write("text.png", "no texture");
     for (keys, expected) in [
         ("texture = \"none.png\"", "none.png` is missing; paths are relative to the scene file"),
         ("texture = \"text.png\"", "text.png` cannot be read"),

@@ -1,4 +1,4 @@
-//! Pictures and videos of lights.
+//! Textures and videos of lights.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,29 +12,29 @@ use image::{DynamicImage, ImageReader, Limits};
 use crate::error::SceneError;
 use crate::section::{Section, Source};
 
-/// Most texels of all pictures of a light, 8192 × 8192: most of a gigabyte.
+/// Most texels of all textures of a light, 8192 × 8192: most of a gigabyte.
 const MAX_TEXELS: u64 = 1 << 26;
 
-/// Largest difference between the aspect ratios of a light and of its picture, relative to one of them.
+/// Largest difference between the aspect ratios of a light and of its texture, relative to one of them.
 const ASPECT: f32 = 0.05;
 
 /// Frames a second of a video where the file does not say.
 const FPS: f32 = 24.0;
 
-/// Picture of a `[[light]]`, before it is read.
+/// Texture of a `[[light]]`, before it is read.
 #[derive(Debug)]
-pub(crate) struct PictureEntry {
+pub(crate) struct TextureEntry {
     /// Path as written in the scene file; a run of `#` stands for the digits of a frame's number.
     name: String,
     encoding: Encoding,
     /// Frames a second of a video.
     fps: f32,
-    /// True if the picture's aspect ratio may differ from the light's.
+    /// True if the texture's aspect ratio may differ from the light's.
     stretch: bool,
     line: usize,
 }
 
-/// Meaning of the numbers in a picture's file.
+/// Meaning of the numbers in a texture's file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Encoding {
     /// That of its format: linear in Radiance HDR and OpenEXR files, sRGB in others.
@@ -43,12 +43,12 @@ enum Encoding {
     Linear,
 }
 
-impl PictureEntry {
-    /// Keys of a `[[light]]` that describe its picture.
+impl TextureEntry {
+    /// Keys of a `[[light]]` that describe its texture.
     pub(crate) const KEYS: [&'static str; 4] =
         ["texture", "texture_encoding", "texture_fps", "texture_stretch"];
 
-    /// Reads the keys of a light's picture, if it has one.
+    /// Reads the keys of a light's texture, if it has one.
     pub(crate) fn read(section: &mut Section<'_>) -> Result<Option<Self>, SceneError> {
         let name = section.text("texture")?;
         let encoding = section.text("texture_encoding")?;
@@ -92,12 +92,12 @@ impl PictureEntry {
         }))
     }
 
-    /// Frames a second of a video; none for a single picture.
+    /// Frames a second of a video; none for a single texture.
     pub(crate) fn video_fps(&self) -> Option<f32> {
         self.name.contains('#').then_some(self.fps)
     }
 
-    /// Reads the pictures of a light, one for each frame of a video.
+    /// Reads the textures of a light, one for each frame of a video.
     pub(crate) fn load(
         &self,
         light: &AreaLight,
@@ -129,11 +129,11 @@ impl PictureEntry {
         }
         if let Some(first) = textures.first().filter(|_| !self.stretch) {
             let frame = light.frame();
-            let (picture, screen) =
+            let (texture, screen) =
                 (first.width() as f32 / first.height() as f32, frame.u.length() / frame.v.length());
-            if (picture / screen).max(screen / picture) > 1.0 + ASPECT {
+            if (texture / screen).max(screen / texture) > 1.0 + ASPECT {
                 return Err(fault(format!(
-                    "texture `{}` has {}x{} texels, {picture:.3} times as wide as high, but edge_u is {screen:.3} times as long as edge_v; \
+                    "texture `{}` has {}x{} texels, {texture:.3} times as wide as high, but edge_u is {screen:.3} times as long as edge_v; \
                      change an edge, or write texture_stretch = true",
                     self.name,
                     first.width(),
@@ -176,7 +176,7 @@ impl PictureEntry {
         Ok(frames.into_iter().map(|(_, path)| path).collect())
     }
 
-    /// Reads one picture; `before` texels have been read already.
+    /// Reads one texture; `before` texels have been read already.
     fn decode(&self, path: &Path, before: u64) -> Result<LightTexture, String> {
         let reader = ImageReader::open(path).map_err(|fault| match fault.kind() {
             std::io::ErrorKind::NotFound => "is missing; paths are relative to the scene file".to_string(),
@@ -186,20 +186,20 @@ impl PictureEntry {
         let mut limits = Limits::no_limits();
         limits.max_alloc = Some(16 * MAX_TEXELS);
         reader.limits(limits);
-        let picture = reader.decode().map_err(|fault| format!("cannot be read: {fault}"))?;
-        let (width, height) = (picture.width(), picture.height());
+        let texture = reader.decode().map_err(|fault| format!("cannot be read: {fault}"))?;
+        let (width, height) = (texture.width(), texture.height());
         if before + u64::from(width) * u64::from(height) > MAX_TEXELS {
-            return Err(format!("is too large: the pictures of a light may have {MAX_TEXELS} texels in all"));
+            return Err(format!("is too large: the textures of a light may have {MAX_TEXELS} texels in all"));
         }
-        let floats = matches!(picture, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
+        let floats = matches!(texture, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
         let linear = self.encoding == Encoding::Linear || floats && self.encoding == Encoding::Auto;
         let decode =
             |texel: [f32; 3]| Vec3::from_array(if linear { texel } else { texel.map(srgb_to_linear) });
         let texels: Vec<Vec3> = if floats {
-            picture.into_rgb32f().pixels().map(|texel| decode(texel.0)).collect()
+            texture.into_rgb32f().pixels().map(|texel| decode(texel.0)).collect()
         } else {
             let scale = |texel: &image::Rgb<u16>| decode(texel.0.map(|value| f32::from(value) / 65535.0));
-            picture.into_rgb16().pixels().map(scale).collect()
+            texture.into_rgb16().pixels().map(scale).collect()
         };
         LightTexture::new(width, height, texels).map_err(|fault| format!("cannot be used: {fault}"))
     }
