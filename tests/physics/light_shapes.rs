@@ -46,7 +46,7 @@ fn disks_have_their_closed_forms() {
         assert!((found / exact - 1.0).abs() < 1e-4, "parallel {r} {h} {d}: {found} {exact}");
         assert_eq!(unshadowed(&light, point, -Vec3::Y), 0.0);
         assert_eq!(unshadowed(&light.reversed(), point, Vec3::Y), 0.0);
-        assert_eq!(unshadowed(&light.reversed().two_sided(), point, Vec3::Y) as f64, found);
+        assert_eq!(f64::from(unshadowed(&light.reversed().two_sided(), point, Vec3::Y)), found);
         if d > r {
             let exact = perpendicular(r, h, d);
             let found = f64::from(unshadowed(&light, point, -Vec3::X));
