@@ -12,6 +12,9 @@ use crate::vector::Vector;
 /// Numbers of cells along a side of the light: powers of 2 from the first to the last.
 const SIDES: [u16; 5] = [4, 8, 16, 32, 64];
 
+/// Number of grids, from the coarsest on, that are taken as a whole.
+const UNIFORM: usize = 2;
+
 /// Least distance of a receiver in sizes of a cell. The geometry term at a cell's centre is then within 2 % of its mean over the cell, and most of
 /// that cancels in the ratio.
 const DISTANCE: f32 = 4.0;
@@ -85,10 +88,47 @@ impl SeenTexture {
             return self.mean;
         }
         let near = self.distance(origin);
-        let far = |grid: &&Grid| grid.size * DISTANCE <= near;
-        let Some(grid) = self.grids.iter().find(far).or(self.grids.last()) else { return self.mean };
         let facing = if side < 0.0 { -self.normal } else { self.normal };
-        isa.run(Mean { grid, origin, normal, facing }).unwrap_or(self.mean)
+        let found = match self.grids[..UNIFORM].iter().find(|grid| grid.size * DISTANCE <= near) {
+            Some(grid) => isa.run(Mean { grid, origin, normal, facing }),
+            None => self.seen_from_nearby(origin, normal, facing),
+        };
+        found.unwrap_or(self.mean)
+    }
+
+    /// Mean over cells that are the finer, the nearer they are; none where all geometry terms are 0.
+    fn seen_from_nearby(&self, origin: Vec3, normal: Vec3, facing: Vec3) -> Option<Vec3> {
+        let (mut sum, mut all) = (Vec3::ZERO, 0.0);
+        let mut waiting = [(0u8, 0u16, 0u16); 64];
+        let first = usize::from(SIDES[0]) * usize::from(SIDES[0]);
+        for cell in 0..first {
+            let side = usize::from(SIDES[0]);
+            waiting[0] = (0, (cell % side) as u16, (cell / side) as u16);
+            let mut count = 1;
+            while count > 0 {
+                count -= 1;
+                let (level, column, row) = waiting[count];
+                let grid = &self.grids[usize::from(level)];
+                let index = usize::from(row) * usize::from(SIDES[usize::from(level)]) + usize::from(column);
+                let [centre, rgb] =
+                    [&grid.centres, &grid.rgb].map(|of| Vec3::from_array([0, 1, 2].map(|at| of[at][index])));
+                let to = centre - origin;
+                let squared = to.length_squared();
+                let fine = usize::from(level) + 1 == SIDES.len();
+                if !fine && grid.size * grid.size * (DISTANCE * DISTANCE) > squared {
+                    for (x, y) in [(1, 1), (0, 1), (1, 0), (0, 0)] {
+                        waiting[count] = (level + 1, 2 * column + x, 2 * row + y);
+                        count += 1;
+                    }
+                } else if squared > 0.0 {
+                    let heights = to.dot(normal).max(0.0) * to.dot(-facing).max(0.0);
+                    let term = heights / (squared * squared) * (grid.size * grid.size);
+                    sum += rgb * term;
+                    all += term;
+                }
+            }
+        }
+        (all > 0.0).then(|| sum / all)
     }
 
     /// Distance to about the nearest point of the light: exact for rectangles.

@@ -70,7 +70,10 @@ fn structures_are_laid_out_alike() {
         sides,
         largest,
         shading,
-        levels
+        levels,
+        outline,
+        outline_corners,
+        outline_sides
     );
     check!(&parsed(&named("error target: choose")).0, "Choice", Choice, pattern, error, coarsest, every);
     let module = &parsed(&named("voxel: masks")).0;

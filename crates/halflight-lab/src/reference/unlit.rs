@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use halflight_core::gbuffer::{GBuffer, Receiver};
-use halflight_core::light::AreaLight;
+use halflight_core::light::{AreaLight, Shape};
 use halflight_core::scene::Scene;
 use halflight_cpu::unshadowed::unshadowed;
 
@@ -21,21 +21,29 @@ pub fn unlit(scene: &Scene, gbuffer: &GBuffer, irradiance: &[Vec3]) -> Option<St
     }
     let lights = scene.lights.iter().enumerate();
     let reasons: Vec<String> =
-        lights.map(|(index, light)| format!("light {index} {}", reason(light, &receivers))).collect();
+        lights.map(|(index, light)| format!("light {index} {}", reason(scene, light, &receivers))).collect();
     Some(format!("no light reaches any visible surface: {}", reasons.join("; ")))
 }
 
 /// Returns why a light does not reach any of the receivers.
-fn reason(light: &AreaLight, receivers: &[Receiver]) -> String {
+fn reason(scene: &Scene, light: &AreaLight, receivers: &[Receiver]) -> String {
+    let black =
+        scene.light_texture(light).is_some_and(|texture| texture.mean() * light.radiance == Vec3::ZERO);
     let normal = light.normal();
     let in_front =
         |receiver: &Receiver| light.two_sided || (receiver.origin - light.frame().origin).dot(normal) > 0.0;
     if light.radiance == Vec3::ZERO {
         "has no radiance".to_owned()
+    } else if black {
+        "has a black texture".to_owned()
     } else if !receivers.iter().any(in_front) {
+        let (along, swap) = match light.shape {
+            Shape::Parallelogram(_) => ("cross(edge_u, edge_v) = ", "swap edge_u and edge_v"),
+            Shape::Ellipse(_) => ("its normal ", "turn the normal, or swap axis_u and axis_v"),
+            Shape::Polygon(_) => ("its normal ", "reverse the order of its points"),
+        };
         format!(
-            "emits along cross(edge_u, edge_v) = ({:.3}, {:.3}, {:.3}), away from all of them; swap edge_u and edge_v, or set \
-             two_sided = true",
+            "emits along {along}({:.3}, {:.3}, {:.3}), away from all of them; {swap}, or set two_sided = true",
             normal.x, normal.y, normal.z
         )
     } else if !receivers.iter().any(|receiver| unshadowed(light, receiver.origin, receiver.normal) > 0.0) {
@@ -47,6 +55,7 @@ fn reason(light: &AreaLight, receivers: &[Receiver]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use halflight_core::light_texture::LightTexture;
     use halflight_cpu::prepared::PreparedScene;
 
     use super::*;
@@ -63,6 +72,16 @@ mod tests {
     #[test]
     fn every_reason_is_named() {
         assert!(said(|scene| scene.lights[0].radiance = Vec3::ZERO).contains("light 0 has no radiance"));
+        let black = said(|scene| {
+            let texture = LightTexture::new(1, 1, vec![Vec3::ZERO]).unwrap();
+            scene.light_textures = vec![texture.into()];
+            scene.lights[0] = scene.lights[0].textured(0);
+        });
+        assert!(black.contains("light 0 has a black texture"), "{black}");
+        let disk = said(|scene| {
+            scene.lights[0] = AreaLight::disk(Vec3::Y * 3.0, Vec3::Y, 1.0, Vec3::ONE);
+        });
+        assert!(disk.contains("emits along its normal (0.000, 1.000, 0.000), away from all"), "{disk}");
         let turned = said(|scene| scene.lights[0] = scene.lights[0].reversed());
         assert!(turned.contains("cross(edge_u, edge_v) = (0.000, 1.000, 0.000), away from all"), "{turned}");
         let below = said(|scene| {
