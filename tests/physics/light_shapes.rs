@@ -20,7 +20,7 @@ fn parallel(r: f64, h: f64, d: f64) -> f64 {
     0.5 * PI * (1.0 - (square - r * r) / (whole * whole - 4.0 * r * r * d * d).sqrt())
 }
 
-/// The same for a receiver that faces the axis and has all of the disk above its horizon: its plane is perpendicular to the disk's.
+/// Projected solid angle of the disk for a receiver that faces its axis, in a plane perpendicular to the disk's, with all of it above its horizon.
 fn perpendicular(r: f64, h: f64, d: f64) -> f64 {
     let whole = h * h + d * d + r * r;
     0.5 * PI * (h / d) * (whole / (whole * whole - 4.0 * r * r * d * d).sqrt() - 1.0)

@@ -231,13 +231,18 @@ impl AreaLight {
         self.vector_area().length()
     }
 
+    /// Part of the frame's area that emits, 0 … 1.
+    pub fn filled(&self) -> f32 {
+        match &self.shape {
+            Shape::Parallelogram(_) => 1.0,
+            Shape::Ellipse(_) => FRAC_PI_4,
+            Shape::Polygon(polygon) => polygon.area() / self.frame_area(),
+        }
+    }
+
     /// Area in m².
     pub fn area(&self) -> f32 {
-        match &self.shape {
-            Shape::Parallelogram(_) => self.frame_area(),
-            Shape::Ellipse(_) => self.frame_area() * FRAC_PI_4,
-            Shape::Polygon(polygon) => polygon.area(),
-        }
+        self.frame_area() * self.filled()
     }
 
     /// Unit normal of the emitting side.

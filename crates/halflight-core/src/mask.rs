@@ -160,6 +160,17 @@ impl MaskBatch {
         &self.visible[index * words..(index + 1) * words]
     }
 
+    /// True if query `index` has visible samples among the wanted ones, and if it has hidden ones.
+    #[inline]
+    pub fn lit_and_unlit(&self, index: usize) -> (bool, bool) {
+        let (mut lit, mut unlit) = (0, 0);
+        for (&wanted, &visible) in self.wanted(index).iter().zip(self.visible(index)) {
+            lit |= wanted & visible;
+            unlit |= wanted & !visible;
+        }
+        (lit != 0, unlit != 0)
+    }
+
     /// Data that a backend needs to answer.
     pub fn parts(&mut self) -> BatchParts<'_> {
         BatchParts { queries: &self.queries, wanted: &self.wanted, visible: &mut self.visible }

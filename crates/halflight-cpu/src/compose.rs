@@ -35,14 +35,13 @@ pub(crate) fn add_light(
     frame: &Frame,
     number: u32,
     shading: Shading,
+    texture: Option<&SeenTexture>,
     planes: &Values,
     image: &mut [Vec3],
     totals: Option<&mut Totals>,
 ) {
     let channel = |channel| planes.channel(channel);
-    let (gbuffer, light) = (frame.gbuffer, frame.light(number));
-    let texture = frame.light_texture(number).map(|texture| SeenTexture::new(light, &texture));
-    let lit = Lit { gbuffer, light, shading, texture: texture.as_ref() };
+    let lit = Lit { gbuffer: frame.gbuffer, light: frame.light(number), shading, texture };
     match planes.channels() {
         3 => lit.add_planes([channel(0), channel(1), channel(2)], image, totals),
         _ => lit.add_planes([channel(0)], image, totals),

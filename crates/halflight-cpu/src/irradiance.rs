@@ -135,13 +135,8 @@ impl Kernel for QuerySums<'_> {
 /// The visible fraction `F` of one query that has been answered, or `None` when every sample lies below a horizon: such
 /// samples have been taken out of `wanted`.
 pub fn fraction(light: &AreaLight, batch: &MaskBatch, query: usize) -> Option<f32> {
-    let (mut lit, mut unlit) = (0, 0);
-    for (&wanted, &visible) in batch.wanted(query).iter().zip(batch.visible(query)) {
-        lit |= wanted & visible;
-        unlit |= wanted & !visible;
-    }
     // Most receivers are in the open or in the umbra, whatever their samples weigh.
-    match (lit != 0, unlit != 0) {
+    match batch.lit_and_unlit(query) {
         (false, false) => None,
         (true, false) => Some(1.0),
         (false, true) => Some(0.0),

@@ -28,6 +28,7 @@ use crate::prepared::PreparedScene;
 use crate::raster4d::Raster4dError;
 use crate::refine::{Lattice, Quality};
 use crate::requests::Requests;
+use crate::textured::SeenTexture;
 use crate::voxel::VoxelError;
 use crate::{gbuffer, pyramid, upsample};
 
@@ -525,7 +526,16 @@ impl State {
 
             let totals = builder.layers.then_some(&mut buffers.totals);
             let shading = builder.shading;
-            compose::add_light(&frame, number, shading, &buffers.planes, &mut image.irradiance, totals);
+            let texture = SeenTexture::of(scene, number as usize);
+            compose::add_light(
+                &frame,
+                number,
+                shading,
+                texture.as_ref(),
+                &buffers.planes,
+                &mut image.irradiance,
+                totals,
+            );
             stats.stages_ms.compose += lap(&mut clock);
             if let Some(antialias) = &mut antialias {
                 if number == 0 {
@@ -534,7 +544,14 @@ impl State {
                     antialias.prepare(bvh, &frame, builder.antialias, irradiance)?;
                 }
                 let mut requests = Requests::new(visibility.as_mut());
-                antialias.add_light(&frame, number, shading, &buffers.planes, &mut requests);
+                antialias.add_light(
+                    &frame,
+                    number,
+                    shading,
+                    texture.as_ref(),
+                    &buffers.planes,
+                    &mut requests,
+                );
                 stats.rays += requests.rays;
                 if let Some(refusal) = requests.refusal {
                     return Err(refusal.into());

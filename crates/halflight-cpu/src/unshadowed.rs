@@ -6,7 +6,7 @@ mod parallelogram;
 mod polygon;
 
 use glam::{DVec3, Vec2, Vec3};
-use halflight_core::light::{AreaLight, Extent, Shape};
+use halflight_core::light::{AreaLight, Shape};
 
 use crate::multiversion::multiversion;
 
@@ -53,21 +53,18 @@ fn each(
 /// Computes [`unshadowed_many`] to within a few percent where the light is no larger than its distance: by the middles of its four quarters, without
 /// horizons inside them. It is for weights, and takes a fifth of the time.
 pub(crate) fn roughly_unshadowed(light: &AreaLight, origins: &[Vec3], normals: &[Vec3], out: &mut [f32]) {
+    let filled = light.filled();
     for (out, (origins, normals)) in
         out.chunks_mut(LANES).zip(origins.chunks(LANES).zip(normals.chunks(LANES)))
     {
-        rough(light, origins, normals, out);
+        rough(light, filled, origins, normals, out);
     }
 }
 
 multiversion! {
     /// For up to [`LANES`] receivers.
-    fn rough(light: &AreaLight, origins: &[Vec3], normals: &[Vec3], out: &mut [f32]) {
+    fn rough(light: &AreaLight, filled: f32, origins: &[Vec3], normals: &[Vec3], out: &mut [f32]) {
         let facing = light.vector_area();
-        let share = match light.extent() {
-            Extent::Whole => 1.0,
-            Extent::Ellipse | Extent::Polygon(_) => light.area() / light.frame_area(),
-        };
         let (mut o, mut n) = ([[0.0f32; LANES]; 3], [[0.0f32; LANES]; 3]);
         for (lane, (origin, normal)) in origins.iter().zip(normals).enumerate().take(LANES) {
             for axis in 0..3 {
@@ -88,7 +85,7 @@ multiversion! {
         }
         for (out, sum) in out.iter_mut().zip(sum) {
             // No irradiance is above that of a whole sky.
-            *out = (0.25 * share * sum).min(std::f32::consts::PI);
+            *out = (0.25 * filled * sum).min(std::f32::consts::PI);
         }
     }
 }

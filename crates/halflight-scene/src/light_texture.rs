@@ -37,7 +37,7 @@ pub(crate) struct TextureEntry {
 /// Meaning of the numbers in a texture's file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Encoding {
-    /// That of its format: linear in Radiance HDR and OpenEXR files, sRGB in others.
+    /// Encoding of its format: linear in Radiance HDR and OpenEXR files, sRGB in others.
     Auto,
     Srgb,
     Linear,

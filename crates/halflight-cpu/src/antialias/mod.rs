@@ -111,22 +111,15 @@ impl Antialias {
         frame: &Frame,
         number: u32,
         shading: Shading,
+        texture: Option<&SeenTexture>,
         planes: &Values,
         visibility: &mut dyn Visibility,
     ) {
         self.ask(frame, number, shading, visibility);
         let Self { samples, sources, own, sums, .. } = self;
         let light = frame.light(number);
-        let texture = frame.light_texture(number).map(|texture| SeenTexture::new(light, &texture));
-        let lit = Lit {
-            light,
-            shading,
-            gbuffer: frame.gbuffer,
-            planes,
-            samples: &samples.surfaces,
-            own,
-            texture: texture.as_ref(),
-        };
+        let lit =
+            Lit { light, shading, gbuffer: frame.gbuffer, planes, samples: &samples.surfaces, own, texture };
         let tasks = sums.par_chunks_mut(TASK).enumerate();
         tasks.for_each(|(task, sums)| {
             let starts = &samples.starts()[task * TASK..=task * TASK + sums.len()];

@@ -103,12 +103,7 @@ impl StrataRadiance {
 
     /// Visible fractions of one query; none where every sample lies below a horizon.
     pub fn fractions(&self, light: &AreaLight, batch: &MaskBatch, query: usize) -> Option<ChannelSums> {
-        let (mut lit, mut unlit) = (0, 0);
-        for (&wanted, &visible) in batch.wanted(query).iter().zip(batch.visible(query)) {
-            lit |= wanted & visible;
-            unlit |= wanted & !visible;
-        }
-        match (lit != 0, unlit != 0) {
+        match batch.lit_and_unlit(query) {
             (false, false) => None,
             (true, false) => Some(ChannelSums { visible: [1.0; 3], all: [1.0; 3] }),
             (false, true) => Some(ChannelSums { visible: [0.0; 3], all: [1.0; 3] }),
