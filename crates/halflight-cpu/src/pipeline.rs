@@ -1,36 +1,37 @@
 //! The one place that states the order of the stages.
 
+mod builder;
+mod error;
+
 use std::sync::Arc;
 use std::time::Instant;
 
 use glam::Vec3;
-use halflight_core::camera::{Camera, CameraError};
-use halflight_core::fragment::{FragmentError, Fragments};
+use halflight_core::camera::Camera;
+use halflight_core::fragment::Fragments;
 use halflight_core::frame::{Frame, LightSampling};
 use halflight_core::gbuffer::{GBuffer, GBufferError};
-use halflight_core::light::{AreaLight, LightError};
+use halflight_core::light::AreaLight;
 use halflight_core::light_texture::LightTexture;
-use halflight_core::pattern::{Pattern, PatternError};
+use halflight_core::pattern::Pattern;
 use halflight_core::pyramid::Pyramid;
-use halflight_core::scene::{MeshError, Scene};
-use halflight_core::stages::{Refiner, Unsupported, Upsampler, Visibility};
+use halflight_core::scene::Scene;
+use halflight_core::stages::Visibility;
 use halflight_core::stats::FrameStats;
-use halflight_core::subpixel::{self, SubSampleError};
 use halflight_core::values::Values;
 
 use crate::antialias::Antialias;
 use crate::beam::Beam;
-use crate::bvh::{Bvh, BvhError};
 use crate::compose::{self, Totals, luminance};
 use crate::flush::{self, FlushLight};
 use crate::irradiance::{self, Shading};
 use crate::prepared::PreparedScene;
-use crate::raster4d::Raster4dError;
 use crate::refine::{Lattice, Quality};
 use crate::requests::Requests;
 use crate::textured::SeenTexture;
-use crate::voxel::VoxelError;
 use crate::{gbuffer, pyramid, upsample};
+pub use builder::PipelineBuilder;
+pub use error::PipelineError;
 
 /// The widest and highest image: cells hold their place in 16 bits.
 pub const MAX_SIZE: u32 = 32_768;
@@ -41,205 +42,6 @@ const THREADS: usize = 64;
 /// The number of threads to start where `asked` are: no more than the machine has cores, or 64 where it has fewer.
 pub fn useful_threads(asked: usize) -> usize {
     asked.min(std::thread::available_parallelism().map_or(THREADS, |cores| cores.get().max(THREADS)))
-}
-
-/// Why a pipeline cannot be built or a frame not be rendered.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum PipelineError {
-    /// The image has no pixels or is too large.
-    #[error("an image of {width}x{height} pixels cannot be rendered: both sides must be 1 to {MAX_SIZE}")]
-    Size {
-        /// Width asked for.
-        width: u32,
-        /// Height asked for.
-        height: u32,
-    },
-    /// The scene has no light.
-    #[error("the scene has no light")]
-    NoLight,
-    /// A light cannot be used.
-    #[error(transparent)]
-    Light(#[from] LightError),
-    /// The mesh is inconsistent.
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
-    /// The BVH is not one of the scene.
-    #[error(transparent)]
-    Bvh(#[from] BvhError),
-    /// The camera looks nowhere.
-    #[error(transparent)]
-    Camera(#[from] CameraError),
-    /// The number of light samples is out of range.
-    #[error(transparent)]
-    Pattern(#[from] PatternError),
-    /// The stages do not fit together.
-    #[error(transparent)]
-    Unsupported(#[from] Unsupported),
-    /// 4D rasterization cannot be set up.
-    #[error(transparent)]
-    Raster4d(#[from] Raster4dError),
-    /// Voxels cannot be set up.
-    #[error(transparent)]
-    Voxel(#[from] VoxelError),
-    /// The refiner's fragments refer to what does not exist.
-    #[error(transparent)]
-    Fragments(#[from] FragmentError),
-    /// The caller's G-buffer cannot be used.
-    #[error(transparent)]
-    GBuffer(#[from] GBufferError),
-    /// Pixels cannot have so many sub-samples.
-    #[error(transparent)]
-    SubSamples(#[from] SubSampleError),
-    /// A caller's G-buffer has no sub-samples.
-    #[error(
-        "a G-buffer of your own cannot be antialiased, since it has one surface a pixel: build the pipeline with antialias(1), or \
-         render a larger image and average its pixels"
-    )]
-    GivenSubSamples,
-    /// Worker threads could not be started.
-    #[error("worker threads could not be started: {0}")]
-    Threads(#[from] rayon::ThreadPoolBuildError),
-}
-
-/// Chooses stages and settings; every one has a default.
-pub struct PipelineBuilder {
-    scene: Scene,
-    bvh: Arc<Bvh>,
-    size: (u32, u32),
-    refiner: Box<dyn Refiner>,
-    visibility: Box<dyn Visibility>,
-    upsampler: Box<dyn Upsampler>,
-    shading: Shading,
-    sampling: LightSampling,
-    seed: u32,
-    antialias: u32,
-    threads: Option<usize>,
-    layers: bool,
-    fault: Option<PipelineError>,
-}
-
-impl PipelineBuilder {
-    /// Makes building fail.
-    pub(crate) fn failing(mut self, fault: PipelineError) -> Self {
-        self.fault = Some(fault);
-        self
-    }
-
-    /// Image size in pixels; 640 × 480 by default.
-    pub fn size(mut self, width: u32, height: u32) -> Self {
-        self.size = (width, height);
-        self
-    }
-
-    /// The refiner; the default is that of [`RefinerConfig`](crate::config::RefinerConfig).
-    pub fn refiner(mut self, refiner: impl Refiner + 'static) -> Self {
-        self.refiner = Box::new(refiner);
-        self
-    }
-
-    /// The visibility backend; [`Beam::or_rays`] by default.
-    pub fn visibility(mut self, visibility: impl Visibility + 'static) -> Self {
-        self.visibility = Box::new(visibility);
-        self
-    }
-
-    /// The upsampler; [`upsample::Lattice`] by default.
-    pub fn upsampler(mut self, upsampler: impl Upsampler + 'static) -> Self {
-        self.upsampler = Box::new(upsampler);
-        self
-    }
-
-    /// The refiner, already boxed.
-    pub fn boxed_refiner(mut self, refiner: Box<dyn Refiner>) -> Self {
-        self.refiner = refiner;
-        self
-    }
-
-    /// The visibility backend, already boxed.
-    pub fn boxed_visibility(mut self, visibility: Box<dyn Visibility>) -> Self {
-        self.visibility = visibility;
-        self
-    }
-
-    /// The upsampler, already boxed.
-    pub fn boxed_upsampler(mut self, upsampler: Box<dyn Upsampler>) -> Self {
-        self.upsampler = upsampler;
-        self
-    }
-
-    /// Quantity that is interpolated; [`Shading::Ratio`] by default.
-    pub fn shading(mut self, shading: Shading) -> Self {
-        self.shading = shading;
-        self
-    }
-
-    /// Light samples: how many, placed how, shared by whom.
-    pub fn sampling(mut self, sampling: LightSampling) -> Self {
-        self.sampling = sampling;
-        self
-    }
-
-    /// Seed of all randomness; 0 by default.
-    pub fn seed(mut self, seed: u32) -> Self {
-        self.seed = seed;
-        self
-    }
-
-    /// Sub-samples of pixels that see several surfaces: 1 (off, the default), 4, 8 or 16. [`Image::radiance`] is filled where they are more
-    /// than one. Only for G-buffers of the pipeline's own.
-    pub fn antialias(mut self, sub_samples: u32) -> Self {
-        self.antialias = sub_samples;
-        self
-    }
-
-    /// Worker threads of the pipeline's own, as far as they are [useful](useful_threads); by default rayon's global ones.
-    /// The image does not depend on it.
-    pub fn threads(mut self, threads: usize) -> Self {
-        self.threads = Some(threads);
-        self
-    }
-
-    /// Also fill the layers of [`Image`] that cost time: `visibility` and `level`.
-    pub fn layers(mut self, layers: bool) -> Self {
-        self.layers = layers;
-        self
-    }
-
-    /// Checks that everything fits together.
-    ///
-    /// # Errors
-    /// The first thing that does not; see [`PipelineError`].
-    pub fn build(mut self) -> Result<Pipeline, PipelineError> {
-        if let Some(fault) = self.fault.take() {
-            return Err(fault);
-        }
-        let (width, height) = self.size;
-        if !(1..=MAX_SIZE).contains(&width) || !(1..=MAX_SIZE).contains(&height) {
-            return Err(PipelineError::Size { width, height });
-        }
-        check_scene(&self.scene)?;
-        let pattern = self.sampling.pattern()?;
-        subpixel::offsets(self.antialias)?;
-        self.check_patterns(self.visibility.as_ref(), pattern)?;
-        let pool = match self.threads {
-            Some(threads) => {
-                Some(rayon::ThreadPoolBuilder::new().num_threads(useful_threads(threads)).build()?)
-            }
-            None => None,
-        };
-        let flush;
-        (self.scene.lights, flush) = flush::separate_lights(&self.scene, Some(&self.bvh));
-        let (buffers, image) = (Buffers::default(), Image::default());
-        Ok(Pipeline { state: State { builder: self, pattern, flush, index: 0, buffers, image }, pool })
-    }
-
-    /// Checks that `visibility` answers all patterns that frames ask for.
-    fn check_patterns(&self, visibility: &dyn Visibility, full: Pattern) -> Result<(), Unsupported> {
-        self.refiner.patterns(full).into_iter().try_for_each(|pattern| visibility.supports(pattern))?;
-        // Masks of sub-samples are full ones, whatever the refiner asks for.
-        if self.antialias > 1 { visibility.supports(full) } else { Ok(()) }
-    }
 }
 
 /// Checks that a scene can be rendered: it has lights, and these, the mesh and the camera are in order.

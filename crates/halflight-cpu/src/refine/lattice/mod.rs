@@ -1,16 +1,18 @@
 //! The lattice refiner: masks at the corners of quadtree cells, refined where the visible fraction cannot be
 //! predicted.
 
+mod config;
 mod denoise;
 mod error_estimate;
 mod split_test;
+mod trace;
 mod validate;
 mod view;
 
 use std::sync::atomic::AtomicBool;
 
 use halflight_core::certificate::{Certificate, Region};
-use halflight_core::fragment::{Fragments, Sample};
+use halflight_core::fragment::Fragments;
 use halflight_core::frame::Frame;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_core::mask::Purpose;
@@ -20,68 +22,18 @@ use halflight_core::stages::{RefineOutput, Refiner, Visibility};
 use halflight_core::stats::CertificateCounts;
 use halflight_core::values::NO_VALUE;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::discontinuities::Discontinuities;
 use super::pixel_set::PixelSet;
-use super::target::{Budget, Neighbours, PilotSample, SamplingPlan, Steps};
-use super::trace_pixels;
+use super::target::{Neighbours, PilotSample, SamplingPlan, Steps};
 use crate::corners::Corners;
-use crate::tangent_plane::{Between, DiscontinuityLimits, TangentPlanes};
+use crate::tangent_plane::{Between, TangentPlanes};
 use crate::textured::StrataTable;
+pub use config::LatticeConfig;
 use denoise::Estimate;
 use error_estimate::{Measured, Measurement};
 use validate::{Probe, Risk, Weighed};
 use view::View;
-
-/// Options of [`Lattice`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct LatticeConfig {
-    /// Level of the coarsest cells, 0 … 7: 3, that is 8 × 8 pixels. Their corners are one pixel in 64;
-    /// coarser cells save 3 % of the receivers and miss wider shadows.
-    pub coarsest_level: u8,
-    /// Interpolation tolerance, as a difference of the visible fraction, 0 … 1: 0.05. The masks themselves
-    /// have noise: in the middle of a penumbra, 64 stratified samples have a standard deviation of 0.02. A
-    /// tolerance of less than two of these makes pixels that are no better than the interpolated ones they
-    /// replace.
-    pub error: f32,
-    /// Error target as NMSE₂, or 0 to use `error` and the frame's samples as they are: 0. With a target, both
-    /// are chosen from the masks of the coarsest corners with 64 samples. If more than 400 samples are
-    /// needed, only receivers that see part of the light get more than 64. If most pixels would be traced
-    /// anyway, all are.
-    pub target: f32,
-    /// True if a cell is kept only with a certificate that it hides no thin shadow: false. Requires a backend
-    /// with certificates, `bvh` or `beam`; with others, and in foliage, every pixel is traced.
-    pub certify: bool,
-    /// True if some pixels of the cells that an error target keeps are traced and compared with the
-    /// interpolated values, and cells are split by the result: true. Without, the interpolation error is
-    /// assumed to be that of the bundled scenes, and the interpolation tolerance does not depend on the
-    /// strength of the light. The GPU never validates, whatever the value.
-    pub validate: bool,
-    /// Bound on visible errors, relative to the irradiance around them, or 0 for none: 0. With an error target only. Receivers whose noise would
-    /// exceed it get more samples, cells are split where interpolation may, and the visible fractions are smoothed as far as their noise explains
-    /// the differences.
-    pub visible_error: f32,
-    /// Limits of the tangent-plane test.
-    #[serde(alias = "rise")]
-    pub discontinuity: DiscontinuityLimits,
-}
-
-impl Default for LatticeConfig {
-    fn default() -> Self {
-        let discontinuity = DiscontinuityLimits::default();
-        Self {
-            coarsest_level: 3,
-            error: 0.05,
-            target: 0.0,
-            certify: false,
-            validate: true,
-            visible_error: 0.0,
-            discontinuity,
-        }
-    }
-}
 
 /// Noise of a sample before smoothing, relative to the bound on visible errors.
 const NOISE_IN_VISIBLE_ERROR: f32 = 1.5;
@@ -323,171 +275,6 @@ impl Lattice {
             }
         }
         Verdict::Keep
-    }
-
-    /// Traces the requested masks, each of a new sample, and computes their visible fractions.
-    fn request(
-        &mut self,
-        view: &View,
-        level: u8,
-        visibility: &mut dyn Visibility,
-        fragments: &mut Fragments,
-    ) {
-        let purpose = if level == 0 { Purpose::Final } else { Purpose::Refine };
-        let known = fragments.samples().len();
-        self.wanted.drain(&mut self.fresh);
-        if self.fresh.is_empty() {
-            return;
-        }
-        let batch = fragments.open_batch(self.plan.first, purpose);
-        for (query, &pixel) in (0..).zip(&self.fresh) {
-            let sample = Sample::of_pixel(pixel, view.gbuffer.width, 0, batch, query);
-            self.corners[pixel as usize] = fragments.push_sample(sample);
-        }
-        trace_pixels(view.frame, view.light, &self.fresh, visibility, fragments.batch_mut(batch));
-        self.evaluate(view, known, fragments);
-        if self.plan.full != self.plan.first {
-            self.top_up(view, known, purpose, visibility, fragments);
-        }
-        self.refine_noise(view, known, purpose, visibility, fragments);
-        self.recent.extend(self.fresh.iter().map(|&pixel| (pixel, level)));
-    }
-
-    /// Traces additional light samples for the receivers that see part of the light, among samples from
-    /// `known` on.
-    fn top_up(
-        &mut self,
-        view: &View,
-        known: usize,
-        purpose: Purpose,
-        visibility: &mut dyn Visibility,
-        fragments: &mut Fragments,
-    ) {
-        self.partly.clear();
-        self.partly_samples.clear();
-        let samples = fragments.samples()[known..].iter().zip(&self.fractions[known..]);
-        for (index, (sample, &fraction)) in (known as u32..).zip(samples) {
-            if fraction > 0.0 && fraction < 1.0 {
-                self.partly.push(sample.pixel);
-                self.partly_samples.push(index);
-            }
-        }
-        self.trace_again(view, self.plan.full, purpose, visibility, fragments);
-    }
-
-    /// Traces more light samples for the receivers whose noise would be visible, among samples from `known` on.
-    fn refine_noise(
-        &mut self,
-        view: &View,
-        known: usize,
-        purpose: Purpose,
-        visibility: &mut dyn Visibility,
-        fragments: &mut Fragments,
-    ) {
-        if !self.bounds_visible_error() || self.plan.fine.len() <= self.plan.full.len() {
-            return;
-        }
-        let most = self.config.visible_error * NOISE_IN_VISIBLE_ERROR;
-        self.partly.clear();
-        self.partly_samples.clear();
-        for index in known..self.fractions.len() {
-            let (fraction, variance) = (self.fractions[index], self.variances[index]);
-            let bright = self.plan.brightness(fraction, self.unshadowed[index]);
-            if fraction > 0.0 && fraction < 1.0 && variance > (most * bright).powi(2) {
-                self.partly.push(fragments.samples()[index].pixel);
-                self.partly_samples.push(index as u32);
-            }
-        }
-        self.trace_again(view, self.plan.fine, purpose, visibility, fragments);
-    }
-
-    /// Traces more light samples for receivers that seem to be in umbra beside others that are not.
-    fn refine_umbra(&mut self, view: &View, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
-        // The coarsest corners have pilot samples, whatever the plan.
-        let fine = self.plan.fine.len();
-        if fine <= usize::from(Budget::PILOT * Budget::PILOT) {
-            return;
-        }
-        let mut beside = std::mem::take(&mut self.beside);
-        let is_beside = |(index, &fraction): (usize, &f32)| {
-            let sample = &fragments.samples()[index];
-            fraction == 0.0
-                && fragments.batch(sample.batch).pattern().len() < fine
-                && self.is_beside_penumbra(view, sample.pixel)
-        };
-        self.fractions.par_iter().enumerate().with_min_len(256).map(is_beside).collect_into_vec(&mut beside);
-        self.partly.clear();
-        self.partly_samples.clear();
-        for index in (0..beside.len()).filter(|&index| beside[index]) {
-            self.partly.push(fragments.samples()[index].pixel);
-            self.partly_samples.push(index as u32);
-        }
-        self.beside = beside;
-        self.trace_again(view, self.plan.fine, Purpose::Final, visibility, fragments);
-    }
-
-    /// Traces the receivers in `partly` again with another pattern.
-    fn trace_again(
-        &mut self,
-        view: &View,
-        pattern: Pattern,
-        purpose: Purpose,
-        visibility: &mut dyn Visibility,
-        fragments: &mut Fragments,
-    ) {
-        if self.partly.is_empty() {
-            return;
-        }
-        let batch = fragments.open_batch(pattern, purpose);
-        trace_pixels(view.frame, view.light, &self.partly, visibility, fragments.batch_mut(batch));
-        for (query, &sample) in (0..).zip(&self.partly_samples) {
-            let sample = fragments.sample_mut(sample);
-            (sample.batch, sample.first) = (batch, query);
-        }
-        let samples = std::mem::take(&mut self.partly_samples);
-        self.evaluate_batch(view, fragments.batch(batch), &samples);
-        self.partly_samples = samples;
-    }
-
-    /// True if the pending cells of this level contain so many pixels that tracing every pixel is cheaper.
-    fn is_dense(&self, gbuffer: &GBuffer, level: u8) -> bool {
-        // Cells for which certificates can still be requested are not left to pixels.
-        if self.config.certify && level >= PROVE_LEVEL {
-            return false;
-        }
-        let Some(share) = self.plan.dense_share(level) else {
-            return false;
-        };
-        let inside = |cell: &&Square| cell.x << level < gbuffer.width && cell.y << level < gbuffer.height;
-        let left = self.pending[usize::from(level)].iter().filter(inside).count() << (2 * level);
-        left as f32 > share * self.receivers as f32
-    }
-
-    /// Traces the masks of all receivers that have none, each a cell of its own.
-    fn trace_all(&mut self, view: &View, visibility: &mut dyn Visibility, fragments: &mut Fragments) {
-        let gbuffer = view.gbuffer;
-        self.plan = self.plan.every_pixel();
-        self.kept.clear();
-        self.pending.iter_mut().for_each(Vec::clear);
-        for sample in 0..fragments.samples().len() {
-            let pixel = fragments.samples()[sample].pixel;
-            fragments.push_cell(0, pixel % gbuffer.width, pixel / gbuffer.width, &[sample as u32]);
-        }
-        let corners = &self.corners;
-        self.wanted.insert_where(|pixel| corners[pixel] == NONE && gbuffer.is_receiver(pixel));
-        self.wanted.drain(&mut self.fresh);
-        let batch = fragments.open_batch(self.plan.full, Purpose::Final);
-        trace_pixels(view.frame, view.light, &self.fresh, visibility, fragments.batch_mut(batch));
-        let known = fragments.samples().len();
-        fragments.push_pixels(batch, &self.fresh);
-        if self.bounds_visible_error() {
-            for (index, &pixel) in (known as u32..).zip(&self.fresh) {
-                self.corners[pixel as usize] = index;
-            }
-            self.evaluate(view, known, fragments);
-            self.refine_noise(view, 0, Purpose::Final, visibility, fragments);
-        }
-        self.certificate_counts.traced = if self.config.certify { fragments.cells().len() as u64 } else { 0 };
     }
 
     /// Splits cells without a sufficient certificate.
