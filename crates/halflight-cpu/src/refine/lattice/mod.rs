@@ -89,7 +89,7 @@ enum Verdict {
 ///
 /// A cell is split if its corners lie partly on the lit and partly on the unlit side of the light. It is
 /// split at concave creases and low depth discontinuities where one side may shadow the other, since contact
-/// shadows occur there (see [`DiscontinuityLimits`]). Along other depth discontinuities, silhouettes and
+/// shadows occur there (see [`DiscontinuityLimits`](crate::tangent_plane::DiscontinuityLimits)). Along other depth discontinuities, silhouettes and
 /// creases, cells of up to 4 × 4 pixels are kept if each of their pixels has a corner on its own surface.
 /// Error targets of 3e-5 and below treat sharp convex edges as such discontinuities too, since grooves finer
 /// than a pixel run along them.
