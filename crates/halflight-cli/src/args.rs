@@ -208,8 +208,8 @@ pub(crate) struct Choices {
     /// Seed of all randomness [default: 0].
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u32>,
-    /// Sub-samples of pixels that see several surfaces, 1 for none [default: 1]. A GPU renders that many frames, shifted by parts of a
-    /// pixel, and one more.
+    /// Sub-samples of pixels that see several surfaces, 1 for none [default: 8 on the CPU at the qualities good and final, else 1]. A GPU
+    /// renders that many frames, shifted by parts of a pixel, and one more.
     #[arg(long, value_name = "N", value_parser = sub_samples())]
     pub(crate) antialias: Option<u32>,
     /// Start from a configuration file (TOML or JSON) with all or some of the keys that --print-config shows; options
