@@ -138,6 +138,9 @@ fn layers(
         true => file.add_light(&image.irradiance, &gbuffer.albedo),
         false => file.add_resolved_light(&image.irradiance, &image.radiance),
     }
+    if !image.specular.is_empty() {
+        file.add_parts(&image.irradiance, &gbuffer.albedo, &image.specular);
+    }
     // GPUs keep no visible part.
     if !image.visibility.is_empty() {
         file.add_visibility(&image.visibility);

@@ -79,6 +79,7 @@ pub(crate) fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, 
         irradiance,
         upsample,
         compose,
+        specular,
         antialias,
         ..
     } = stats.stages_ms;
@@ -91,6 +92,7 @@ pub(crate) fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, 
         ("irradiance", irradiance),
         ("upsample", upsample),
         ("compose", compose),
+        ("specular", specular),
         ("antialias", antialias),
         ("total", stats.total_ms),
     ];
@@ -112,8 +114,10 @@ pub(crate) fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, 
     if cells != per_level && cells.iter().any(|&count| count > 0) {
         lines.push(format!("  cells      {} (by level: {})", cells.iter().sum::<u64>(), by_level(cells)));
     }
-    let RayCounts { refine, last, skipped, total, .. } = stats.rays;
-    lines.push(format!("  rays       {total} ({refine} to refine, {last} final; {skipped} skipped)"));
+    let RayCounts { refine, last, specular, skipped, total, .. } = stats.rays;
+    lines.push(format!(
+        "  rays       {total} ({refine} to refine, {last} final, {specular} specular; {skipped} skipped)"
+    ));
     let VisibilityStats { prepare_ms, lit, umbra, spared, listed, walked, left_to_rays, pairs, kept, .. } =
         stats.visibility;
     if stats.visibility.receivers() > 0 {

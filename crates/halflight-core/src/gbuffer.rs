@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 
 use crate::camera::{Camera, View};
 use crate::limits::MAX_COORDINATE;
+use crate::specular::SurfaceSpecular;
 
 /// Marks a pixel that sees no geometry.
 pub const NO_PRIMITIVE: u32 = u32::MAX;
@@ -36,8 +37,10 @@ pub struct GBuffer {
     /// Unit shading normal, on the side of the geometric one, world space; zero where nothing is seen. Empty where no surface of the
     /// scene is smooth: see [`GBuffer::shading_normals`].
     pub shading: Vec<Vec3>,
-    /// Linear RGB albedo; zero where nothing is seen.
+    /// Linear RGB albedo, of diffuse reflection; zero where nothing is seen.
     pub albedo: Vec<Vec3>,
+    /// Specular reflection. Empty where no surface of the scene is glossy.
+    pub specular: Vec<SurfaceSpecular>,
     /// Triangle index in the scene's mesh, or [`NO_PRIMITIVE`].
     pub primitive: Vec<u32>,
 }
@@ -187,6 +190,36 @@ impl GBuffer {
         Ok(self)
     }
 
+    /// Adds specular reflection, one a pixel; unused where nothing is seen.
+    ///
+    /// # Errors
+    /// The layer has the wrong length; or a reflectance or roughness lies outside 0 … 1.
+    pub fn with_specular(mut self, specular: &[SurfaceSpecular]) -> Result<Self, GBufferError> {
+        self.specular = specular.to_vec();
+        self.validate_specular()?;
+        Ok(self)
+    }
+
+    fn validate_specular(&self) -> Result<(), GBufferError> {
+        let (found, expected) = (self.specular.len(), self.pixels());
+        if found != expected {
+            return Err(GBufferError::Length { layer: "specular reflection", found, expected });
+        }
+        let unit = |value: f32| (0.0..=1.0).contains(&value);
+        let fits = |surface: &SurfaceSpecular| {
+            unit(surface.roughness) && surface.f0.to_array().into_iter().all(unit)
+        };
+        let faulty = |&pixel: &usize| self.is_receiver(pixel) && !fits(&self.specular[pixel]);
+        match (0..expected).find(faulty) {
+            None => Ok(()),
+            Some(pixel) => {
+                let (x, y) = (pixel as u32 % self.width, pixel as u32 / self.width);
+                let fault = "outside 0 to 1 in reflectance or roughness";
+                Err(GBufferError::Pixel { layer: "specular reflection", x, y, fault })
+            }
+        }
+    }
+
     fn validate_shading(&self) -> Result<(), GBufferError> {
         let (found, expected) = (self.shading.len(), self.pixels());
         if found != expected {
@@ -231,6 +264,9 @@ impl GBuffer {
                 return Err(GBufferError::Pixel { layer, x, y, fault });
             }
         }
+        if !self.specular.is_empty() {
+            self.validate_specular()?;
+        }
         if self.shading.is_empty() { Ok(()) } else { self.validate_shading() }
     }
 
@@ -243,6 +279,7 @@ impl GBuffer {
         self.position.resize(pixels, Vec3::ZERO);
         self.normal.resize(pixels, Vec3::ZERO);
         self.shading.clear();
+        self.specular.clear();
         self.albedo.resize(pixels, Vec3::ZERO);
         self.primitive.resize(pixels, NO_PRIMITIVE);
     }
@@ -287,6 +324,7 @@ impl GBuffer {
                 + self.shading.capacity()
                 + self.albedo.capacity())
                 * size_of::<Vec3>()
+            + self.specular.capacity() * size_of::<SurfaceSpecular>()
             + self.primitive.capacity() * 4
     }
 }

@@ -19,6 +19,7 @@ pub mod pattern;
 pub mod pyramid;
 pub mod scene;
 pub mod smooth;
+pub mod specular;
 pub mod stages;
 pub mod stats;
 pub mod subpixel;

@@ -167,6 +167,14 @@ impl PlacedTexture<'_> {
         self.texture.mean()
     }
 
+    /// Mean factors in a rectangle of the unit square; see [`LightTexture::mean_over`].
+    pub fn mean_over(&self, low: Vec2, high: Vec2) -> Vec4 {
+        match self.transposed {
+            false => self.texture.mean_over(low, high),
+            true => self.texture.mean_over(low.yx(), high.yx()),
+        }
+    }
+
     /// Mean factors in the cells of a grid, in rows from v = 0 on, and the means of the sum of their squares.
     pub fn cells(&self, columns: u16, rows: u16) -> Vec<Vec4> {
         if !self.transposed {

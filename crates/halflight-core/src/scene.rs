@@ -8,6 +8,7 @@ pub use crate::camera::Camera;
 use crate::light::{AreaLight, LightError};
 use crate::light_texture::{LightTexture, PlacedTexture};
 pub use crate::limits::{MAX_COORDINATE, MIN_DIAGONAL};
+pub use crate::specular::Specular;
 
 /// A scene: one triangle mesh, its lights and the camera that looks at it.
 ///
@@ -69,24 +70,26 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Index into `materials` for every triangle.
     pub material_ids: Vec<u32>,
-    /// Diffuse materials.
+    /// Materials.
     pub materials: Vec<Material>,
     /// Albedo textures that materials refer to.
     pub textures: Vec<Texture>,
 }
 
-/// A diffuse material.
+/// A material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// Linear RGB albedo in 0 … 1, multiplied with the texture where there is one.
+    /// Linear RGB base colour in 0 … 1, multiplied with the texture where there is one: the albedo of what is not metal.
     pub albedo: Vec3,
     /// Index into [`Mesh::textures`].
     pub texture: Option<u32>,
+    /// Specular reflection; matte without.
+    pub specular: Option<Specular>,
 }
 
 impl Default for Material {
     fn default() -> Self {
-        Self { albedo: Vec3::splat(0.8), texture: None }
+        Self { albedo: Vec3::splat(0.8), texture: None, specular: None }
     }
 }
 
@@ -146,6 +149,14 @@ pub enum MeshError {
         /// How many there are.
         count: usize,
     },
+    /// A value of a material's specular reflection is out of range.
+    #[error("material {material} has a {value} outside 0 to 1")]
+    Specular {
+        /// Index of the material.
+        material: usize,
+        /// Name of the value.
+        value: &'static str,
+    },
     /// A coordinate is NaN or infinite.
     #[error("vertex {vertex} has a position that is not finite")]
     NotFinite {
@@ -190,7 +201,12 @@ impl Mesh {
         Some(self.positions.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p))))
     }
 
-    /// Checks array lengths, indices, and that coordinates are finite and in range, so that no later stage has to.
+    /// True if a material reflects specularly.
+    pub fn is_glossy(&self) -> bool {
+        self.materials.iter().any(|material| material.specular.is_some())
+    }
+
+    /// Checks array lengths, indices, materials, and that coordinates are finite and in range, so that no later stage has to.
     ///
     /// # Errors
     /// The first fault found, naming the triangle or vertex.
@@ -217,6 +233,11 @@ impl Mesh {
         let (low, high) = self.bounds().unwrap_or_default();
         if !self.triangles.is_empty() && (high - low).as_dvec3().length() < f64::from(MIN_DIAGONAL) {
             return Err(MeshError::TooSmall);
+        }
+        for (material, specular) in self.materials.iter().map(|material| material.specular).enumerate() {
+            if let Some(value) = specular.and_then(|specular| specular.fault()) {
+                return Err(MeshError::Specular { material, value });
+            }
         }
         let check = |triangle, what, index: u32, count: usize| {
             if (index as usize) < count {

@@ -19,6 +19,9 @@ pub struct RayCounts {
     /// Traced for irradiance alone: level-0 fragments and additional samples.
     #[serde(rename = "final")]
     pub last: u64,
+    /// Traced for specular reflection alone.
+    #[serde(default)]
+    pub specular: u64,
     /// Not traced, because the sample lies below the receiver's or the light's horizon.
     pub skipped: u64,
     /// All traced rays.
@@ -46,6 +49,9 @@ pub struct StageTimes {
     pub upsample: f64,
     /// Unshadowed irradiance, product and sum over the lights.
     pub compose: f64,
+    /// Specular reflection, with its shadow rays. Only with glossy surfaces.
+    #[serde(default)]
+    pub specular: f64,
     /// Edge pixels: their sub-samples, the masks of these, and the sum over the lights. On the GPU, all frames of sub-samples. Only with
     /// antialiasing.
     #[serde(default)]
@@ -130,6 +136,7 @@ impl AddAssign for RayCounts {
     fn add_assign(&mut self, other: Self) {
         self.refine += other.refine;
         self.last += other.last;
+        self.specular += other.specular;
         self.skipped += other.skipped;
         self.total += other.total;
     }

@@ -1,5 +1,7 @@
 //! The last stage: interpolated values to irradiance, summed over the lights.
 
+use std::f32::consts::FRAC_1_PI;
+
 use glam::Vec3;
 use halflight_core::frame::Frame;
 use halflight_core::gbuffer::GBuffer;
@@ -46,6 +48,15 @@ pub(crate) fn add_light(
         3 => lit.add_planes([channel(0), channel(1), channel(2)], image, totals),
         _ => lit.add_planes([channel(0)], image, totals),
     }
+}
+
+/// Writes the radiance that leaves the surfaces: albedo/π · irradiance, and `specular` where there is any.
+pub(crate) fn reflect(gbuffer: &GBuffer, irradiance: &[Vec3], specular: &[Vec3], radiance: &mut Vec<Vec3>) {
+    radiance.resize(irradiance.len(), Vec3::ZERO);
+    let pixels = radiance.par_iter_mut().zip(irradiance).zip(&gbuffer.albedo).with_min_len(4096);
+    pixels.for_each(|((radiance, &light), &albedo)| *radiance = light * albedo * FRAC_1_PI);
+    let glossy = radiance.par_iter_mut().zip(specular).with_min_len(4096);
+    glossy.for_each(|(radiance, &specular)| *radiance += specular);
 }
 
 /// Surfaces and the light that they receive.

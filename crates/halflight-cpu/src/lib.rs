@@ -24,6 +24,7 @@ pub mod requests;
 mod samples;
 mod shaft;
 pub mod simd;
+mod specular;
 mod tangent_plane;
 pub mod textured;
 pub mod unshadowed;

@@ -28,6 +28,7 @@ use crate::irradiance::{self, Shading};
 use crate::prepared::PreparedScene;
 use crate::refine::{Lattice, Quality};
 use crate::requests::Requests;
+use crate::specular::{LobeLight, Specular};
 use crate::textured::SeenTexture;
 use crate::{gbuffer, pyramid, upsample};
 pub use builder::PipelineBuilder;
@@ -71,9 +72,12 @@ pub struct Image {
     /// Irradiance per channel, W/m²; zero where nothing is seen. At the pixel's centre, with antialiasing as well; frames of a GPU have
     /// the mean over sub-samples there.
     pub irradiance: Vec<Vec3>,
-    /// Outgoing radiance per channel, W/m²/sr: albedo/π · irradiance, or with antialiasing the mean of that over a pixel's sub-samples. A
-    /// mean of products is not the product of the means, so that it does not follow from other layers. Empty without antialiasing.
+    /// Outgoing radiance per channel, W/m²/sr: albedo/π · irradiance and what is reflected specularly, or with antialiasing the mean of that over a
+    /// pixel's sub-samples. A mean of products is not the product of the means, so that it does not follow from other layers. Empty without
+    /// antialiasing and glossy surfaces, where it is albedo/π · irradiance.
     pub radiance: Vec<Vec3>,
+    /// Specularly reflected radiance per channel, W/m²/sr, at the pixel's centre; empty where no surface is glossy.
+    pub specular: Vec<Vec3>,
     /// Visible part of the unshadowed light, `ΣUF/ΣU` by luminance, at the pixel's centre; empty unless layers were asked for.
     pub visibility: Vec<f32>,
     /// Level of the fragment each pixel lies in, the finest over the lights; `u8::MAX` where nothing is seen; empty
@@ -94,6 +98,7 @@ struct Buffers {
     /// Values of the pixels.
     planes: Values,
     totals: Totals,
+    specular: Specular,
     antialias: Antialias,
 }
 
@@ -292,6 +297,9 @@ impl State {
         (image.width, image.height) = (width, height);
         image.irradiance.clear();
         image.irradiance.resize(pixels, Vec3::ZERO);
+        // Matte scenes have no layer for it.
+        image.specular.clear();
+        image.specular.resize(gbuffer.specular.len(), Vec3::ZERO);
         if builder.layers {
             image.level.clear();
             image.level.resize(pixels, u8::MAX);
@@ -339,6 +347,14 @@ impl State {
                 totals,
             );
             stats.stages_ms.compose += lap(&mut clock);
+            let lobes = LobeLight { bvh, frame: &frame, number };
+            if !image.specular.is_empty() {
+                let (values, fractions) = (&buffers.values, builder.shading == Shading::Ratio);
+                let out = &mut image.specular;
+                stats.rays.specular +=
+                    buffers.specular.add_light(&lobes, &buffers.fragments, values, fractions, out);
+                stats.stages_ms.specular += lap(&mut clock);
+            }
             if let Some(antialias) = &mut antialias {
                 if number == 0 {
                     // The only light is the whole irradiance.
@@ -355,6 +371,9 @@ impl State {
                     &mut requests,
                 );
                 stats.rays += requests.rays;
+                if !image.specular.is_empty() {
+                    stats.rays.specular += antialias.add_specular(&lobes, &buffers.specular);
+                }
                 if let Some(refusal) = requests.refusal {
                     return Err(refusal.into());
                 }
@@ -375,9 +394,13 @@ impl State {
             if energy > 0.0 { error / energy } else { 0.0 }
         });
         image.radiance.clear();
+        clock = Instant::now();
+        if antialias.is_some() || !image.specular.is_empty() {
+            compose::reflect(gbuffer, &image.irradiance, &image.specular, &mut image.radiance);
+        }
+        stats.stages_ms.compose += lap(&mut clock);
         if let Some(antialias) = &antialias {
-            clock = Instant::now();
-            stats.antialias = antialias.resolve(gbuffer, &image.irradiance, &mut image.radiance);
+            stats.antialias = antialias.resolve(&mut image.radiance);
             stats.stages_ms.antialias += lap(&mut clock);
         }
         stats.total_ms = start.elapsed().as_secs_f64() * 1e3;
@@ -390,7 +413,7 @@ impl State {
                 .extend(totals.map(|(&all, &visible)| if all > 0.0 { visible / all } else { 0.0 }));
         }
         stats.fragments.total = stats.fragments.per_level.iter().sum();
-        stats.rays.total = stats.rays.refine + stats.rays.last;
+        stats.rays.total = stats.rays.refine + stats.rays.last + stats.rays.specular;
         stats.visibility = visibility.stats();
         stats.visibility.prepare_ms = prepare_ms;
         let held = bvh.bytes()
@@ -398,7 +421,8 @@ impl State {
             + refiner.bytes()
             + visibility.bytes()
             + upsampler.bytes()
-            + (image.irradiance.capacity() + image.radiance.capacity()) * size_of::<Vec3>();
+            + (image.irradiance.capacity() + image.radiance.capacity() + image.specular.capacity())
+                * size_of::<Vec3>();
         stats.peak_bytes = stats.peak_bytes.max(held as u64);
         image.stats = stats;
         *index = index.wrapping_add(1);
@@ -413,6 +437,7 @@ impl Buffers {
             + self.fragments.bytes()
             + self.values.bytes()
             + self.planes.bytes()
+            + self.specular.bytes()
             + self.antialias.bytes()
             + (self.totals.unshadowed.capacity() + self.totals.visible.capacity()) * 4
     }

@@ -105,6 +105,7 @@ impl Renderer {
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
         let (lights, flush) = separate_lights(scene, None);
         refuse_lights(&lights)?;
+        refuse_surfaces(&scene.mesh)?;
         let compiler = Compiler { device, replaced: modules };
         let stages = Stages::new(&compiler, &scene.mesh, config)?;
         let memory = Memory::new(device);
@@ -209,6 +210,7 @@ impl Renderer {
     fn place_lights(&mut self) -> Result<(), GpuError> {
         let (lights, flush) = separate_lights(&self.scene, None);
         refuse_lights(&lights)?;
+        refuse_surfaces(&self.scene.mesh)?;
         let (width, height) = self.size();
         let needs = self.stages.needs(width, height, self.pattern, &lights)?;
         self.buffers.grow(&self.memory, needs)?;
@@ -339,6 +341,17 @@ fn frame_bytes(buffers: &Buffers, frames: &[Frame]) -> Vec<u8> {
         slot[..size_of::<Frame>()].copy_from_slice(bytemuck::bytes_of(frame));
     }
     bytes
+}
+
+/// Refuses surfaces that reflect specularly.
+fn refuse_surfaces(mesh: &Mesh) -> Result<(), GpuError> {
+    match mesh.is_glossy() {
+        true => Err(GpuError::Unsupported {
+            stage: "a glossy surface",
+            reason: "render the scene on the CPU, or switch specular reflection off (in scene files: specular = \"off\")",
+        }),
+        false => Ok(()),
+    }
 }
 
 /// Refuses textured lights of more than one colour.

@@ -120,6 +120,12 @@ impl ExrFile {
         self.add_vectors(DEFAULT_LAYER, RGB, radiance);
     }
 
+    /// Adds the parts of the radiance at pixels' centres, W/m²/sr: the layers `diffuse`, albedo/π · irradiance, and `specular`.
+    pub fn add_parts(&mut self, irradiance: &[Vec3], albedo: &[Vec3], specular: &[Vec3]) {
+        self.add_vectors("diffuse", RGB, &picture::radiance(irradiance, albedo));
+        self.add_vectors("specular", RGB, specular);
+    }
+
     /// Adds the layer [`VISIBILITY`] of visible fractions of the light, 0 … 1, in three equal channels.
     pub fn add_visibility(&mut self, fractions: &[f32]) {
         let channels: Vec<Vec3> = fractions.iter().map(|&fraction| Vec3::splat(fraction)).collect();

@@ -28,6 +28,8 @@ pub(crate) struct Context {
     pub(crate) textures: TextureStore,
     /// Material libraries that were read, each once.
     pub(crate) libraries: HashMap<PathBuf, Rc<Library>>,
+    /// True while meshes are read of which `Ks` and `Ns` are wanted.
+    pub(crate) phong: bool,
     pub(crate) warnings: Vec<String>,
     said: HashSet<String>,
 }

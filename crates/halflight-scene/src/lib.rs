@@ -33,6 +33,10 @@
 //! transform = { translate = [0, 0, 0], rotate_deg = [0, 90, 0], scale = 1 } # all optional; scale, x, y, z, move
 //! albedo = [0.7, 0.7, 0.7] # optional; replaces the mesh's own colours and textures
 //! smooth = "auto"         # optional: smooth where the file or generator gives normals; "on": also where it gives none; "off"
+//! ## specular = "auto"    # optional: glossy where the material library gives Pr or Pm; "phong": also by Ks and Ns; "off"
+//! ## roughness = 0.3      # optional, 0 to 1: replaces that of all materials; its square is the α of GGX
+//! ## metallic = 0         # optional, 0 to 1: how much the colour is reflectance instead of albedo
+//! ## reflectance = [0.04, 0.04, 0.04] # optional, 0 to 1: at normal incidence, of what is not metal
 //!
 //! [animation.camera]      # optional: what moves; at time 0 everything is as above
 //! keys = [{ time = 4, eye = [1, 1.5, 4] }] # seconds; what a key leaves out stays as it was
@@ -66,7 +70,7 @@
 //! | file | what is read |
 //! | --- | --- |
 //! | OBJ | `v`, `vt`, `vn`, `f`, `usemtl`, `mtllib`; coordinates in double precision until the transform has been applied |
-//! | MTL | `Kd`, `map_Kd` with `-s` and `-o` |
+//! | MTL | `Kd`, `map_Kd` with `-s` and `-o`; `Pr`, `Pm`; `Ks`, `Ns` where asked |
 //! | PLY | ASCII and binary; `vertex` with positions, normals and texture coordinates, `face` and `tristrips`; colours of faces (whole numbers are sRGB, others linear); textures by comments `TextureFile` |
 //! | images | PNG, JPEG, TGA, BMP of at most 16384 × 16384 texels, kept in sRGB at four bytes a texel |
 //!
@@ -94,6 +98,7 @@ mod ply;
 mod polygon;
 mod report;
 mod section;
+mod specular;
 mod text;
 mod texture;
 mod transform;

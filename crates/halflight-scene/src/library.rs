@@ -24,6 +24,12 @@ pub(crate) struct Definition {
     pub(crate) kd: Option<Vec3>,
     /// Arguments of `map_Kd`.
     pub(crate) map: Option<Vec<u8>>,
+    /// Phong's specular colour and exponent.
+    pub(crate) ks: Option<Vec3>,
+    pub(crate) ns: Option<f32>,
+    /// Roughness and metallicity of the physically based extension.
+    pub(crate) roughness: Option<f32>,
+    pub(crate) metallic: Option<f32>,
     pub(crate) illumination: Option<f64>,
     pub(crate) filters: bool,
 }

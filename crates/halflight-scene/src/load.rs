@@ -87,20 +87,23 @@ fn load_textures(
     Ok((lights, textures, videos))
 }
 
+/// Path of a mesh file, and true if `Ks` and `Ns` of its materials are wanted.
+type Key = (PathBuf, bool);
+
 /// The mesh files of a scene, each read once.
 struct Files {
     /// Number of entries that have yet to use each path, and true if any of them shows its colours.
-    uses: HashMap<PathBuf, (usize, bool)>,
+    uses: HashMap<Key, (usize, bool)>,
     /// Meshes that another entry will use.
-    kept: HashMap<PathBuf, ModelMesh>,
+    kept: HashMap<Key, ModelMesh>,
 }
 
 impl Files {
     fn new(entries: &[MeshEntry], folder: &Path) -> Self {
-        let mut uses: HashMap<PathBuf, (usize, bool)> = HashMap::new();
+        let mut uses: HashMap<Key, (usize, bool)> = HashMap::new();
         for entry in entries {
             if let Origin::File(file, _) = &entry.origin {
-                let (count, colours) = uses.entry(folder.join(file)).or_default();
+                let (count, colours) = uses.entry((folder.join(file), entry.specular.phong())).or_default();
                 *count += 1;
                 *colours |= entry.albedo.is_none();
             }
@@ -108,24 +111,27 @@ impl Files {
         Self { uses, kept: HashMap::new() }
     }
 
-    /// Mesh of the file at `path`; `line` is the line of the scene file that names it.
+    /// Mesh of a file; `line` is the line of the scene file that names it.
     fn take(
         &mut self,
-        path: &Path,
+        key: Key,
         line: usize,
         scene: Source<'_>,
         context: &mut Context,
     ) -> Result<ModelMesh, SceneError> {
-        let (count, colours) = self.uses.get_mut(path).map_or((0, true), |(count, colours)| {
+        let (count, colours) = self.uses.get_mut(&key).map_or((0, true), |(count, colours)| {
             *count = count.saturating_sub(1);
             (*count, *colours)
         });
-        let mesh = match self.kept.remove(path) {
+        let mesh = match self.kept.remove(&key) {
             Some(mesh) => mesh,
-            None => read_file(path, line, scene, colours, context)?,
+            None => {
+                context.phong = key.1;
+                read_file(&key.0, line, scene, colours, context)?
+            }
         };
         if count > 0 {
-            self.kept.insert(path.to_path_buf(), mesh.clone());
+            self.kept.insert(key, mesh.clone());
         }
         Ok(mesh)
     }
@@ -141,7 +147,8 @@ fn load_mesh(
 ) -> Result<(Mesh, MeshReport), SceneError> {
     let (mut mesh, source) = match entry.origin {
         Origin::File(file, line) => {
-            let mesh = files.take(&folder.join(&file), line, scene, context)?;
+            let key = (folder.join(&file), entry.specular.phong());
+            let mesh = files.take(key, line, scene, context)?;
             (entry.transform.place(mesh), file.display().to_string())
         }
         Origin::Generator { name, line, parameters, lines } => {
@@ -170,9 +177,10 @@ fn load_mesh(
         return Err(scene.fault(entry.line, message));
     }
     if let Some(albedo) = entry.albedo {
-        mesh.materials = vec![Material { albedo, texture: None }];
+        mesh.materials = vec![Material { albedo, texture: None, ..Material::default() }];
         mesh.material_ids.fill(0);
     }
+    mesh.materials.iter_mut().for_each(|material| entry.specular.apply(material));
     let finite = mesh.positions.iter().all(|position| position.is_finite());
     let mut used = mesh.triangles.as_flattened().iter();
     if !finite && let Some(vertex) = used.find(|&&vertex| !mesh.positions[vertex as usize].is_finite()) {

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::rc::Rc;
 
 use glam::Vec3;
-use halflight_core::scene::Material;
+use halflight_core::scene::{Material, Specular};
 
 use crate::context::Context;
 use crate::library::{Definition, Library};
@@ -44,7 +44,7 @@ pub(crate) fn library(path: &Path, context: &mut Context) -> Option<Rc<Library>>
     Some(library)
 }
 
-/// Diffuse part of a library's material, and the transform of its texture coordinates.
+/// A library's material, and the transform of its texture coordinates.
 pub(crate) fn surface(library: &Library, index: usize, context: &mut Context) -> (Material, UvTransform) {
     let material = &library.materials[index];
     let (texture, uv) = match &material.map {
@@ -61,7 +61,29 @@ pub(crate) fn surface(library: &Library, index: usize, context: &mut Context) ->
     if texture.is_some() && (albedo == Vec3::ZERO || material.kd.is_none()) {
         albedo = Vec3::ONE;
     }
-    (Material { albedo, texture }, uv)
+    (Material { albedo, texture, specular: specular(material, context.phong) }, uv)
+}
+
+/// Specular reflection of a material: by its roughness and metallicity, `Pr` and `Pm`; where `phong` is wanted, otherwise by `Ks` and `Ns`.
+fn specular(material: &Definition, phong: bool) -> Option<Specular> {
+    let unit = |value: f32| value.clamp(0.0, 1.0);
+    let ks = material.ks.unwrap_or(Vec3::ZERO).clamp(Vec3::ZERO, Vec3::ONE);
+    if material.roughness.is_some() || material.metallic.is_some() {
+        let given = Specular::default();
+        return Some(Specular {
+            roughness: material.roughness.map_or(given.roughness, unit),
+            metallic: material.metallic.map_or(0.0, unit),
+            reflectance: if ks == Vec3::ZERO { given.reflectance } else { ks },
+        });
+    }
+    // Illumination models 0 and 1 have no highlight.
+    let highlight = !matches!(material.illumination, Some(model) if model < 2.0);
+    if !phong || !highlight || ks == Vec3::ZERO {
+        return None;
+    }
+    // The exponent of a Blinn-Phong lobe is that of GGX's distribution near its middle where α² = 2 / (n + 2) (Walter and others 2007).
+    let exponent = material.ns.unwrap_or(0.0).max(0.0);
+    Some(Specular { roughness: (2.0 / (exponent + 2.0)).powf(0.25), metallic: 0.0, reflectance: ks })
 }
 
 /// Reader of statements. A faulty statement is skipped with a warning and affects no other line.
@@ -103,6 +125,12 @@ impl Reader<'_> {
                     );
                 }
             },
+            b"ks" | b"ns" | b"pr" | b"pm" => self.specular(line, &keyword, rest),
+            b"map_pr" | b"map_pm" | b"map_ks" | b"map_ns" => {
+                self.warn(
+                    "textures of specular reflection (map_Ks, map_Ns, map_Pr, map_Pm) are not supported",
+                );
+            }
             b"map_kd" => match map::parse(rest) {
                 Some(_) => self.set(line, |material| material.map = Some(rest.to_vec())),
                 None => self.leave_out(line, "map_Kd without a file; expected: map_Kd FILE".to_string()),
@@ -131,6 +159,34 @@ impl Reader<'_> {
                 self.set(line, |material| material.illumination = illumination);
             }
             _ => {}
+        }
+    }
+
+    /// Reads a statement of specular reflection.
+    fn specular(&mut self, line: usize, keyword: &[u8], rest: &[u8]) {
+        let number = || first_number(rest).and_then(|(value, _)| value).map(|value| value as f32);
+        let number = || number().filter(|value| value.is_finite());
+        match keyword {
+            b"ks" => match colour(rest) {
+                Some((ks, _)) => self.set(line, |material| material.ks = Some(ks)),
+                None => {
+                    self.leave_out(
+                        line,
+                        format!("`Ks {}`, expected one or three finite numbers", shown(rest)),
+                    );
+                }
+            },
+            _ => match number() {
+                Some(value) => self.set(line, |material| match keyword {
+                    b"ns" => material.ns = Some(value),
+                    b"pr" => material.roughness = Some(value),
+                    _ => material.metallic = Some(value),
+                }),
+                None => {
+                    let (keyword, rest) = (shown(keyword), shown(rest));
+                    self.leave_out(line, format!("`{keyword} {rest}`, expected a finite number"));
+                }
+            },
         }
     }
 

@@ -15,11 +15,8 @@ mod rays;
 mod sources;
 mod surfaces;
 
-use std::f32::consts::FRAC_1_PI;
-
 use glam::Vec3;
 use halflight_core::frame::Frame;
-use halflight_core::gbuffer::GBuffer;
 use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::stages::Visibility;
 use halflight_core::stats::AntialiasCounts;
@@ -29,6 +26,7 @@ use rayon::prelude::*;
 
 use crate::bvh::Bvh;
 use crate::irradiance::{Shading, fraction, query_sums, sampled_texture};
+use crate::specular::{LobeLight, Specular};
 use crate::textured::{SeenTexture, StrataRadiance};
 use edges::Edges;
 use light::Lit;
@@ -162,17 +160,32 @@ impl Antialias {
         }
     }
 
-    /// Writes the radiance of all pixels from the irradiance at their centres; of pixels that see several surfaces, the mean over their
-    /// sub-samples. Returns counts.
-    pub(crate) fn resolve(
-        &self,
-        gbuffer: &GBuffer,
-        irradiance: &[Vec3],
-        radiance: &mut Vec<Vec3>,
-    ) -> AntialiasCounts {
-        radiance.resize(irradiance.len(), Vec3::ZERO);
-        let pixels = radiance.par_iter_mut().zip(irradiance).zip(&gbuffer.albedo).with_min_len(4096);
-        pixels.for_each(|((radiance, &light), &albedo)| *radiance = light * albedo * FRAC_1_PI);
+    /// Adds the specular radiance of one light, whose values at the pixels are known. Returns the number of shadow rays.
+    pub(crate) fn add_specular(&mut self, light: &LobeLight, pixels: &Specular) -> u64 {
+        let Self { samples, sources, sums, .. } = self;
+        let add = |task: usize, sums: &mut [Vec3]| {
+            let starts = &samples.starts()[task * TASK..=task * TASK + sums.len()];
+            let mut rays = 0;
+            for (sum, range) in sums.iter_mut().zip(starts.windows(2)) {
+                for entry in range[0]..range[1] {
+                    let source = match sources[entry] {
+                        Source::Whole => break,
+                        Source::Background => continue,
+                        Source::Pixel(pixel) => Some(pixel as usize),
+                        Source::Own(_) => None,
+                    };
+                    let (radiance, traced) = pixels.sub_sample(light, &samples.surfaces, entry, source);
+                    *sum += radiance;
+                    rays += traced;
+                }
+            }
+            rays
+        };
+        sums.par_chunks_mut(TASK).enumerate().map(|(task, sums)| add(task, sums)).sum()
+    }
+
+    /// Replaces the radiance of pixels that see several surfaces by the mean over their sub-samples. Returns counts.
+    pub(crate) fn resolve(&self, radiance: &mut [Vec3]) -> AntialiasCounts {
         let part = 1.0 / self.count.max(1) as f32;
         let edges = self.samples.starts().windows(2).zip(self.edges.all()).zip(&self.sums);
         for ((range, edge), sum) in edges {

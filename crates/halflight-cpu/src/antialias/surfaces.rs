@@ -4,6 +4,7 @@ use glam::Vec3;
 use halflight_core::frame::Frame;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_core::scene::Mesh;
+use halflight_core::specular::SurfaceSpecular;
 
 use crate::tangent_plane::{DiscontinuityLimits, SurfacePoint, TangentPlanes};
 
@@ -48,6 +49,12 @@ impl Seen<'_> {
     #[inline]
     fn point(self) -> SurfacePoint {
         SurfacePoint::new(self.gbuffer, self.entry)
+    }
+
+    /// Specular reflection; none in scenes without glossy surfaces.
+    #[inline]
+    fn specular(self) -> Option<SurfaceSpecular> {
+        self.gbuffer.specular.get(self.entry).copied()
     }
 
     #[inline]
@@ -95,6 +102,7 @@ impl<'a> Surfaces<'a> {
     /// True if two points have different materials of different albedo. Textures alone make no edge.
     fn colours_differ(&self, a: Seen, b: Seen) -> bool {
         let material = |seen: Seen| self.mesh.material_ids.get(seen.triangle() as usize);
-        material(a) != material(b) && (a.albedo() - b.albedo()).abs().max_element() > COLOUR
+        let colours = (a.albedo() - b.albedo()).abs().max_element() > COLOUR;
+        material(a) != material(b) && (colours || a.specular() != b.specular())
     }
 }

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec2, Vec3, Vec3Swizzles as _};
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE, receiver_origin};
 use halflight_core::scene::{Mesh, Texture};
 use halflight_core::smooth::SmoothTriangle;
+use halflight_core::specular::{Specular, SurfaceSpecular};
 use rayon::prelude::*;
 
 use crate::occluder::exact::Ray;
@@ -17,6 +18,8 @@ pub(super) struct Layers<'a> {
     /// Empty where no surface of the scene is smooth.
     shading: &'a mut [Vec3],
     albedo: &'a mut [Vec3],
+    /// Empty where no surface of the scene is glossy.
+    specular: &'a mut [SurfaceSpecular],
     primitive: &'a mut [u32],
 }
 
@@ -31,8 +34,12 @@ impl<'a> Layers<'a> {
         let (pixels, smooth) = (out.pixels(), !mesh.normals.is_empty());
         out.shading.resize(if smooth { pixels } else { 0 }, Vec3::ZERO);
         let mut shading = out.shading.chunks_mut(length);
-        let shading: Vec<&mut [Vec3]> =
-            (0..pixels.div_ceil(length)).map(|_| shading.next().unwrap_or_default()).collect();
+        let parts = pixels.div_ceil(length);
+        let shading: Vec<&mut [Vec3]> = (0..parts).map(|_| shading.next().unwrap_or_default()).collect();
+        out.specular.resize(if mesh.is_glossy() { pixels } else { 0 }, SurfaceSpecular::MATTE);
+        let mut specular = out.specular.chunks_mut(length);
+        let specular: Vec<&mut [SurfaceSpecular]> =
+            (0..parts).map(|_| specular.next().unwrap_or_default()).collect();
         out.depth
             .par_chunks_mut(length)
             .zip(out.position.par_chunks_mut(length))
@@ -40,12 +47,14 @@ impl<'a> Layers<'a> {
             .zip(out.albedo.par_chunks_mut(length))
             .zip(out.primitive.par_chunks_mut(length))
             .zip(shading)
-            .map(|(((((depth, position), normal), albedo), primitive), shading)| Self {
+            .zip(specular)
+            .map(|((((((depth, position), normal), albedo), primitive), shading), specular)| Self {
                 depth,
                 position,
                 normal,
                 shading,
                 albedo,
+                specular,
                 primitive,
             })
     }
@@ -61,6 +70,9 @@ impl<'a> Layers<'a> {
                 *shading = Vec3::ZERO;
             }
             self.albedo[pixel] = Vec3::ZERO;
+            if let Some(specular) = self.specular.get_mut(pixel) {
+                *specular = SurfaceSpecular::MATTE;
+            }
             self.primitive[pixel] = NO_PRIMITIVE;
             return;
         }
@@ -80,13 +92,21 @@ impl<'a> Layers<'a> {
         if let Some(place) = self.shading.get_mut(pixel) {
             *place = shading;
         }
-        self.albedo[pixel] = match seen.texture {
+        let base = match seen.texture {
             None => seen.albedo,
             Some(texture) => {
                 let (second, third) = weights();
                 seen.albedo * texel(mesh, texture, seen.triangle, second, third)
             }
         };
+        let (albedo, surface) = match seen.specular {
+            None => (base, SurfaceSpecular::MATTE),
+            Some(specular) => (specular.diffuse(base), specular.surface(base)),
+        };
+        self.albedo[pixel] = albedo;
+        if let Some(place) = self.specular.get_mut(pixel) {
+            *place = surface;
+        }
         self.primitive[pixel] = seen.triangle;
     }
 }
@@ -110,6 +130,7 @@ pub(super) struct Surface {
     smooth: Option<SmoothTriangle>,
     albedo: Vec3,
     texture: Option<u32>,
+    specular: Option<Specular>,
     /// Weights of the corners, where `smooth` or `texture` take them.
     weights: [Vec3; 3],
 }
@@ -126,6 +147,7 @@ impl Surface {
         smooth: None,
         albedo: Vec3::ZERO,
         texture: None,
+        specular: None,
         weights: [Vec3::ZERO; 3],
     };
 
@@ -154,6 +176,7 @@ impl Surface {
             smooth,
             albedo: material.albedo,
             texture: material.texture,
+            specular: material.specular,
             weights: if weighted { corner_weights(corners, eye) } else { Self::NONE.weights },
         }
     }

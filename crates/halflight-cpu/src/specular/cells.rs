@@ -1,0 +1,268 @@
+//! A light as triangles that are small beside a lobe, and what the lobe reflects of each.
+//!
+//! Polygons are fans of triangles, an ellipse is a polygon of equal area; what lies below the surface's horizon is clipped. Triangles are halved
+//! until they are small beside their distance and beside their angle to the middle of the lobe or the lobe's width, whichever is larger: their number grows with
+//! the logarithm of the lobe's narrowness. The integrand is smooth inside each, and a rule of 16 points gives its integral.
+
+use std::sync::LazyLock;
+
+use glam::{Vec2, Vec3};
+use halflight_core::light::{AreaLight, Extent, LightFrame, Shape};
+use halflight_core::light_texture::PlacedTexture;
+
+use super::lobe::{Lobe, Shares};
+
+/// Corners of the polygon that stands for an ellipse.
+const ELLIPSE: usize = 32;
+
+/// Longest side of a triangle in distances from the receiver.
+const BY_DISTANCE: f32 = 1.2;
+
+/// Longest angle of a triangle in angles to the middle of the lobe, or in widths of the lobe.
+const BY_ANGLE: f32 = 1.5;
+
+/// Most times that a triangle is halved: far more than any width needs at distances within the range of scenes.
+const MOST_HALVINGS: u8 = 40;
+
+/// Most triangles, from which on they are not halved.
+const MOST_CELLS: usize = 4096;
+
+/// Number of points of the rule.
+const POINTS: usize = 16;
+
+/// Gauss's rule of four points on 0 … 1, and that for the weight 1 − x there (Gauss–Jacobi): points and weights, which sum to 1.
+const GAUSS: [(f32, f32); 4] = [
+    (0.069_431_845, 0.173_927_42),
+    (0.330_009_48, 0.326_072_58),
+    (0.669_990_5, 0.326_072_58),
+    (0.930_568_16, 0.173_927_42),
+];
+const JACOBI: [(f32, f32); 4] = [
+    (0.057_104_197, 0.270_962_2),
+    (0.276_843_02, 0.407_138_58),
+    (0.583_590_4, 0.259_698_44),
+    (0.860_240_1, 0.062_200_8),
+];
+
+/// Rule of degree 7 on a triangle, by the product of both (Stroud's conical product): weights of the second and third corner, and of the point.
+static RULE: LazyLock<[[f32; POINTS]; 3]> = LazyLock::new(|| {
+    let mut rule = [[0.0; POINTS]; 3];
+    for (row, (x, by_x)) in JACOBI.into_iter().enumerate() {
+        for (column, (y, by_y)) in GAUSS.into_iter().enumerate() {
+            let point = 4 * row + column;
+            (rule[0][point], rule[1][point], rule[2][point]) = (x, y * (1.0 - x), by_x * by_y);
+        }
+    }
+    rule
+});
+
+/// Triangle of the light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cell {
+    /// Corners in the coordinates of the light's frame.
+    pub(super) corners: [Vec2; 3],
+    /// What the lobe reflects of it per unit radiance of the light, without the Fresnel term, by luminance of the texture.
+    pub(super) share: f32,
+}
+
+/// Cells of a light, in buffers that are kept.
+#[derive(Default)]
+pub(super) struct Cells {
+    pub(super) all: Vec<Cell>,
+    waiting: Vec<([Vec2; 3], u8)>,
+    polygon: Vec<Vec2>,
+    clipped: Vec<Vec2>,
+    /// Sum of the shares of all cells.
+    pub(super) share: f32,
+}
+
+/// A light as a receiver sees it.
+#[derive(Clone, Copy)]
+pub(super) struct Emitter<'a> {
+    pub(super) light: &'a AreaLight,
+    pub(super) texture: Option<&'a PlacedTexture<'a>>,
+    /// Corner of the frame from the receiver, and edges.
+    corner: Vec3,
+    u: Vec3,
+    v: Vec3,
+    /// Normal on the receiver's side, with the length of the frame's area.
+    facing: Vec3,
+}
+
+impl<'a> Emitter<'a> {
+    /// The light seen from `origin`; none where it emits nothing towards it.
+    pub(super) fn new(
+        light: &'a AreaLight,
+        texture: Option<&'a PlacedTexture<'a>>,
+        origin: Vec3,
+    ) -> Option<Self> {
+        if !light.emits_towards(origin) {
+            return None;
+        }
+        let LightFrame { origin: corner, u, v } = light.frame();
+        let area = light.vector_area();
+        let facing = if light.side(origin) < 0.0 { -area } else { area };
+        Some(Self { light, texture, corner: corner - origin, u, v, facing })
+    }
+
+    /// Point of the light from the receiver.
+    #[inline(always)]
+    pub(super) fn point(&self, uv: Vec2) -> Vec3 {
+        self.corner + self.u * uv.x + self.v * uv.y
+    }
+
+    /// What the lobe reflects of the light around a point, per area of the frame's unit square and unit radiance: that of normal incidence and
+    /// Schlick's weight.
+    #[inline(always)]
+    pub(super) fn reflected(&self, lobe: &Lobe, to: Vec3) -> (f32, f32) {
+        let squared = to.length_squared().max(f32::MIN_POSITIVE);
+        let inverse = 1.0 / squared.sqrt();
+        let (value, grazing) = lobe.reflected(to * inverse);
+        let solid = (-to.dot(self.facing)).max(0.0) * inverse / squared;
+        (value * solid, grazing)
+    }
+
+    /// Factors of the radiance at a point, or their mean over a square of the frame around it with these sides.
+    pub(super) fn factors(&self, uv: Vec2, side: f32) -> Vec3 {
+        let Some(texture) = self.texture else { return Vec3::ONE };
+        if side <= 0.0 {
+            return texture.at(uv);
+        }
+        let half = Vec2::splat(0.5 * side);
+        let (low, high) =
+            ((uv - half).clamp(Vec2::ZERO, Vec2::ONE), (uv + half).clamp(Vec2::ZERO, Vec2::ONE));
+        texture.mean_over(low, high).truncate()
+    }
+
+    /// Writes the corners of the light in the coordinates of its frame.
+    fn outline(&self, out: &mut Vec<Vec2>) {
+        out.clear();
+        match self.light.extent() {
+            Extent::Whole => out.extend([Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y]),
+            Extent::Ellipse => {
+                let step = std::f32::consts::TAU / ELLIPSE as f32;
+                // Of equal area: the polygon of radius r has the area ½ N r² sin(2π/N).
+                let radius = 0.5 * (step / step.sin()).sqrt();
+                let corner = |index: usize| Vec2::from_angle(index as f32 * step) * radius + 0.5;
+                out.extend((0..ELLIPSE).map(corner));
+            }
+            Extent::Polygon(_) => {
+                if let Shape::Polygon(polygon) = &self.light.shape {
+                    let place = |corner: &Vec3| self.place(*corner - polygon.frame().origin);
+                    out.extend(polygon.corners().iter().map(place));
+                }
+            }
+        }
+    }
+
+    /// Coordinates in the frame of a point of its plane, given from the frame's corner.
+    fn place(&self, at: Vec3) -> Vec2 {
+        let (uu, uv, vv) = (self.u.length_squared(), self.u.dot(self.v), self.v.length_squared());
+        let (au, av) = (at.dot(self.u), at.dot(self.v));
+        Vec2::new(au * vv - av * uv, av * uu - au * uv) / (uu * vv - uv * uv)
+    }
+}
+
+impl Cells {
+    /// Parts the light into cells. Returns what the lobe reflects of all of it, per unit radiance and by channel, as shares.
+    pub(super) fn part(&mut self, emitter: &Emitter, lobe: &Lobe) -> Shares<Vec3> {
+        self.all.clear();
+        self.share = 0.0;
+        let mut sum = Shares::default();
+        emitter.outline(&mut self.polygon);
+        self.clip(emitter, lobe.normal);
+        self.waiting.clear();
+        for index in (2..self.clipped.len()).rev() {
+            self.waiting.push(([self.clipped[0], self.clipped[index - 1], self.clipped[index]], 0));
+        }
+        while let Some((corners, halvings)) = self.waiting.pop() {
+            let points = corners.map(|corner| emitter.point(corner));
+            let lengths = [0, 1, 2].map(|side| points[side].distance_squared(points[(side + 1) % 3]));
+            let longest = if lengths[0] >= lengths[1] && lengths[0] >= lengths[2] {
+                0
+            } else if lengths[1] >= lengths[2] {
+                1
+            } else {
+                2
+            };
+            let more = halvings < MOST_HALVINGS && self.all.len() + self.waiting.len() < MOST_CELLS;
+            if more && is_large(points, lengths[longest].sqrt(), lobe) {
+                let [a, b, c] = [0, 1, 2].map(|corner| corners[(longest + corner) % 3]);
+                let middle = (a + b) * 0.5;
+                self.waiting.push(([a, middle, c], halvings + 1));
+                self.waiting.push(([middle, b, c], halvings + 1));
+                continue;
+            }
+            let (shares, share) = evaluate(emitter, lobe, corners);
+            if share > 0.0 {
+                sum.normal += shares.normal;
+                sum.grazing += shares.grazing;
+                self.share += share;
+                self.all.push(Cell { corners, share });
+            }
+        }
+        sum
+    }
+
+    /// Takes away what lies below the horizon, in the coordinates of the frame (Sutherland and Hodgman 1974).
+    fn clip(&mut self, emitter: &Emitter, normal: Vec3) {
+        let Self { polygon, clipped, .. } = self;
+        clipped.clear();
+        let height = |uv: Vec2| emitter.point(uv).dot(normal);
+        for (index, &corner) in polygon.iter().enumerate() {
+            let next = polygon[(index + 1) % polygon.len()];
+            let (here, there) = (height(corner), height(next));
+            if here > 0.0 {
+                clipped.push(corner);
+            }
+            if (here > 0.0) != (there > 0.0) {
+                clipped.push(corner.lerp(next, here / (here - there)));
+            }
+        }
+    }
+}
+
+/// True if a triangle is too large for the rule.
+fn is_large([a, b, c]: [Vec3; 3], longest: f32, lobe: &Lobe) -> bool {
+    let centre = (a + b + c) * (1.0 / 3.0);
+    let distance = centre.length();
+    // No corner is farther from the centre.
+    let reach = longest * (2.0 / 3.0);
+    if longest > BY_DISTANCE * (distance - reach).max(0.25 * distance) {
+        return true;
+    }
+    let angle = (centre / distance).distance(lobe.mirrored) - reach / distance;
+    longest > BY_ANGLE * distance * (angle.max(0.0) + lobe.width)
+}
+
+/// What the lobe reflects of a triangle of the light.
+fn evaluate(emitter: &Emitter, lobe: &Lobe, [a, b, c]: [Vec2; 3]) -> (Shares<Vec3>, f32) {
+    let (ab, ac) = (b - a, c - a);
+    let area = 0.5 * ab.perp_dot(ac).abs();
+    let rule = &*RULE;
+    let (mut values, mut weights) = ([0.0f32; POINTS], [0.0f32; POINTS]);
+    for point in 0..POINTS {
+        let uv = a + ab * rule[0][point] + ac * rule[1][point];
+        let (value, grazing) = emitter.reflected(lobe, emitter.point(uv));
+        (values[point], weights[point]) = (value * rule[2][point] * area, grazing);
+    }
+    let mut shares = Shares::<Vec3>::default();
+    let mut share = 0.0;
+    if emitter.texture.is_none() {
+        let (mut all, mut grazing) = (0.0, 0.0);
+        for point in 0..POINTS {
+            all += values[point];
+            grazing += values[point] * weights[point];
+        }
+        let add = |value| Vec3::splat(value);
+        return (Shares { normal: add(all - grazing), grazing: add(grazing) }, all);
+    }
+    for point in 0..POINTS {
+        let uv = a + ab * rule[0][point] + ac * rule[1][point];
+        let rgb = emitter.factors(uv, (area * rule[2][point]).sqrt()) * values[point];
+        shares.normal += rgb * (1.0 - weights[point]);
+        shares.grazing += rgb * weights[point];
+        share += crate::compose::luminance(rgb * emitter.light.radiance);
+    }
+    (shares, share)
+}
