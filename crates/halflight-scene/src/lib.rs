@@ -32,6 +32,7 @@
 //! generator = "contact"   # or: file = "mesh.obj" (or .ply), relative to the scene file
 //! transform = { translate = [0, 0, 0], rotate_deg = [0, 90, 0], scale = 1 } # all optional; scale, x, y, z, move
 //! albedo = [0.7, 0.7, 0.7] # optional; replaces the mesh's own colours and textures
+//! ## emissive = "lights"   # optional, of OBJ files: flat faces with emission (Ke) become lights; or "ignore", the default, without a warning
 //! smooth = "auto"         # optional: smooth where the file or generator gives normals; "on": also where it gives none; "off"
 //!
 //! [animation.camera]      # optional: what moves; at time 0 everything is as above
@@ -66,7 +67,7 @@
 //! | file | what is read |
 //! | --- | --- |
 //! | OBJ | `v`, `vt`, `vn`, `f`, `usemtl`, `mtllib`; coordinates in double precision until the transform has been applied |
-//! | MTL | `Kd`, `map_Kd` with `-s` and `-o` |
+//! | MTL | `Kd`, `map_Kd` with `-s` and `-o`; `Ke` where the scene file asks for lights of emissive faces |
 //! | PLY | ASCII and binary; `vertex` with positions, normals and texture coordinates, `face` and `tristrips`; colours of faces (whole numbers are sRGB, others linear); textures by comments `TextureFile` |
 //! | images | PNG, JPEG, TGA, BMP of at most 16384 × 16384 texels, kept in sRGB at four bytes a texel |
 //!
@@ -77,6 +78,8 @@ mod bundled;
 mod camera;
 mod clean;
 mod context;
+mod emission;
+mod emitters;
 mod error;
 mod faces;
 mod file;
