@@ -27,7 +27,7 @@ fn config(visibility: &str, refiner: RefinerConfig, upsampler: UpsamplerConfig) 
 }
 
 /// Least and greatest fraction of the unshadowed light that the floor gets.
-fn shares(stage: &Stage, config: &PipelineConfig) -> (f32, f32) {
+pub(crate) fn shares(stage: &Stage, config: &PipelineConfig) -> (f32, f32) {
     let mut pipeline = config.builder(&stage.prepared).build().unwrap();
     let image = pipeline.render().unwrap().clone();
     let (mut range, mut count) = ((f32::INFINITY, f32::NEG_INFINITY), 0);
@@ -48,7 +48,7 @@ fn shares(stage: &Stage, config: &PipelineConfig) -> (f32, f32) {
 }
 
 /// Every exact backend with the per-pixel refiner, and the default.
-fn methods() -> Vec<(&'static str, PipelineConfig)> {
+pub(crate) fn methods() -> Vec<(&'static str, PipelineConfig)> {
     let per_pixel =
         |name| (name, config(name, RefinerConfig::PerPixel, UpsamplerConfig::Lattice(Default::default())));
     let mut methods: Vec<_> = ["bvh", "raster4d", "beam", "auto"].map(per_pixel).to_vec();

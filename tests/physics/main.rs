@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod emissive_faces;
 mod flush_lights;
 mod half_plane;
 mod light_shapes;

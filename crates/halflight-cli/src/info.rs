@@ -23,6 +23,11 @@ pub(crate) fn run(args: &SceneArg) -> Outcome {
         if mesh.normals_computed > 0 {
             write!(out, ", {} normals computed", mesh.normals_computed)?;
         }
+        match mesh.lights {
+            0 => {}
+            1 => write!(out, ", 1 light of emissive faces")?,
+            lights => write!(out, ", {lights} lights of emissive faces")?,
+        }
         writeln!(out)?;
     }
     if let Some((low, high)) = scene.mesh.bounds() {

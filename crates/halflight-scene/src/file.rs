@@ -12,7 +12,7 @@ use crate::camera::read_view;
 use crate::error::SceneError;
 use crate::light_shape::LightShape;
 use crate::light_texture::TextureEntry;
-use crate::section::{Section, Source, tables};
+use crate::section::{Found, Section, Source, tables};
 use crate::specular::{self, SpecularEntry};
 use crate::transform::Transform;
 
@@ -34,6 +34,7 @@ pub(crate) struct MeshEntry {
     pub(crate) albedo: Option<Vec3>,
     pub(crate) smooth: Smooth,
     pub(crate) specular: SpecularEntry,
+    pub(crate) emissive: Emissive,
     /// Line of the table's header.
     pub(crate) line: usize,
 }
@@ -50,7 +51,7 @@ pub(crate) enum Smooth {
 }
 
 /// Default crease angle, degrees: keeps a six-sided column round (60° between its faces) and the edges of a box sharp.
-const CREASE_DEG: f32 = 65.0;
+pub(crate) const CREASE_DEG: f32 = 65.0;
 
 impl Smooth {
     /// Angle in degrees between faces from which an edge is sharp where normals are computed.
@@ -60,6 +61,17 @@ impl Smooth {
             Self::Auto | Self::Off => CREASE_DEG,
         }
     }
+}
+
+/// Use of the emission of a mesh's materials.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Emissive {
+    /// None, with a warning where a material emits.
+    Unsaid,
+    /// None.
+    Ignore,
+    /// Flat faces become lights; the line of the key.
+    Lights(usize),
 }
 
 /// Source of a mesh.
@@ -88,12 +100,13 @@ impl SceneFile {
         let lights = tables(&mut root, "light", "light")?.into_iter().enumerate();
         let lights = lights.map(|(index, light)| read_light(index, light)).collect::<Result<Vec<_>, _>>()?;
         let (lights, textures): (Vec<_>, Vec<_>) = lights.into_iter().unzip();
-        if lights.is_empty() {
+        let meshes =
+            tables(&mut root, "mesh", "mesh")?.into_iter().map(read_mesh).collect::<Result<Vec<_>, _>>()?;
+        let emissive = meshes.iter().any(|mesh| matches!(mesh.emissive, Emissive::Lights(_)));
+        if lights.is_empty() && !emissive {
             let hint = "has no [[light]]; without one every picture is black. Add one with corner, edge_u, edge_v and radiance";
             return Err(root.fault(1, hint));
         }
-        let meshes =
-            tables(&mut root, "mesh", "mesh")?.into_iter().map(read_mesh).collect::<Result<Vec<_>, _>>()?;
         if meshes.is_empty() {
             return Err(root.fault(1, "has no [[mesh]]; add one with a file or a generator"));
         }
@@ -138,7 +151,7 @@ fn read_light(
 fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {
     // Generators validate their own parameters.
     if !section.has("generator") {
-        let known = ["file", "generator", "transform", "albedo", "smooth", "crease_deg"];
+        let known = ["file", "generator", "transform", "albedo", "smooth", "crease_deg", "emissive"];
         section.allow(&[&known[..], &specular::KEYS].concat())?;
     }
     let line = section.line;
@@ -158,6 +171,7 @@ fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {
     let albedo = albedo.map(|albedo| albedo.value);
     let smooth = read_smooth(&mut section)?;
     let specular = SpecularEntry::read(&mut section)?;
+    let emissive = read_emissive(&mut section, generator.is_some())?;
     let origin = match (file, generator) {
         (Some(file), None) => Origin::File(file.value.into(), file.line),
         (None, Some(generator)) => {
@@ -172,7 +186,7 @@ fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {
             return Err(section.fault(line, message));
         }
     };
-    Ok(MeshEntry { origin, transform, albedo, smooth, specular, line })
+    Ok(MeshEntry { origin, transform, albedo, smooth, specular, emissive, line })
 }
 
 fn read_smooth(section: &mut Section<'_>) -> Result<Smooth, SceneError> {
@@ -200,6 +214,21 @@ fn read_smooth(section: &mut Section<'_>) -> Result<Smooth, SceneError> {
             Err(section.fault(crease.line, "crease_deg is for computed normals; add smooth = \"on\""))
         }
         _ => Ok(smooth),
+    }
+}
+
+fn read_emissive(section: &mut Section<'_>, generated: bool) -> Result<Emissive, SceneError> {
+    let Some(Found { value, line }) = section.text("emissive")? else { return Ok(Emissive::Unsaid) };
+    match value.as_str() {
+        "lights" if generated => {
+            Err(section.fault(line, "emissive is for the materials of a file; generators have [[light]]"))
+        }
+        "lights" => Ok(Emissive::Lights(line)),
+        "ignore" => Ok(Emissive::Ignore),
+        other => {
+            let message = format!("emissive is \"{other}\", expected \"lights\" or \"ignore\"");
+            Err(section.fault(line, message))
+        }
     }
 }
 

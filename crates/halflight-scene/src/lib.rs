@@ -32,6 +32,7 @@
 //! generator = "contact"   # or: file = "mesh.obj" (or .ply), relative to the scene file
 //! transform = { translate = [0, 0, 0], rotate_deg = [0, 90, 0], scale = 1 } # all optional; scale, x, y, z, move
 //! albedo = [0.7, 0.7, 0.7] # optional; replaces the mesh's own colours and textures
+//! ## emissive = "lights"   # optional, of OBJ files: flat faces with emission (Ke) become lights; or "ignore", the default, without a warning
 //! smooth = "auto"         # optional: smooth where the file or generator gives normals; "on": also where it gives none; "off"
 //! ## specular = "auto"    # optional: glossy where the material library gives Pr or Pm; "phong": also by Ks and Ns; "off"
 //! ## roughness = 0.3      # optional, 0 to 1: replaces that of all materials; its square is the α of GGX
@@ -70,7 +71,7 @@
 //! | file | what is read |
 //! | --- | --- |
 //! | OBJ | `v`, `vt`, `vn`, `f`, `usemtl`, `mtllib`; coordinates in double precision until the transform has been applied |
-//! | MTL | `Kd`, `map_Kd` with `-s` and `-o`; `Pr`, `Pm`; `Ks`, `Ns` where asked |
+//! | MTL | `Kd`, `map_Kd` with `-s` and `-o`; `Pr`, `Pm`; `Ks`, `Ns` and `Ke` where the scene file asks |
 //! | PLY | ASCII and binary; `vertex` with positions, normals and texture coordinates, `face` and `tristrips`; colours of faces (whole numbers are sRGB, others linear); textures by comments `TextureFile` |
 //! | images | PNG, JPEG, TGA, BMP of at most 16384 × 16384 texels, kept in sRGB at four bytes a texel |
 //!
@@ -81,6 +82,8 @@ mod bundled;
 mod camera;
 mod clean;
 mod context;
+mod emission;
+mod emitters;
 mod error;
 mod faces;
 mod file;

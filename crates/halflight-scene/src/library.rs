@@ -32,6 +32,11 @@ pub(crate) struct Definition {
     pub(crate) metallic: Option<f32>,
     pub(crate) illumination: Option<f64>,
     pub(crate) filters: bool,
+    /// `Ke`, zero where it is missing.
+    pub(crate) ke: Vec3,
+    pub(crate) map_ke: bool,
+    /// Line of the last `Ke` or `map_Ke`.
+    pub(crate) emission_line: usize,
 }
 
 impl Library {

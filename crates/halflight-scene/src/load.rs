@@ -10,11 +10,13 @@ use halflight_core::light_texture::LightTexture;
 use halflight_core::scene::{Material, Mesh, Scene};
 use halflight_core::smooth::is_smooth;
 
-use crate::animation::{Animation, Video};
+use crate::animation::{Animation, Part, Video};
 use crate::clean::drop_zero_area;
 use crate::context::{Context, MAX_COUNT};
+use crate::emission::warn_of_unused;
+use crate::emitters::{self, MAX_LIGHTS};
 use crate::error::SceneError;
-use crate::file::{MeshEntry, Origin, SceneFile, Smooth};
+use crate::file::{Emissive, MeshEntry, Origin, SceneFile, Smooth};
 use crate::generate::{GenerateError, generate};
 use crate::light_texture::TextureEntry;
 use crate::model::ModelMesh;
@@ -42,12 +44,25 @@ pub(crate) fn load(text: &str, name: &str, folder: &Path) -> Result<Loaded, Scen
     let mut context = Context::default();
     let mut report = LoadReport::default();
     let mut all = Mesh::default();
-    let mut vertices = Vec::with_capacity(file.meshes.len());
+    let mut parts = Vec::with_capacity(file.meshes.len());
+    let mut emitted: Vec<AreaLight> = Vec::new();
     for entry in file.meshes {
-        let (mesh, mesh_report) = load_mesh(entry, source, folder, &mut files, &mut context)?;
-        let first = all.positions.len();
+        let emissive = entry.emissive;
+        let (mesh, mut lights, mesh_report) = load_mesh(entry, source, folder, &mut files, &mut context)?;
+        let (first, first_light) = (all.positions.len(), file.lights.len() + emitted.len());
         append(&mut all, mesh);
-        vertices.push(first..all.positions.len());
+        emitted.append(&mut lights);
+        let lights = first_light..file.lights.len() + emitted.len();
+        parts.push(Part { vertices: first..all.positions.len(), lights });
+        if let Emissive::Lights(line) = emissive
+            && emitted.len() > MAX_LIGHTS
+        {
+            let message = format!(
+                "[[mesh]] emissive makes {} lights so far, expected at most {MAX_LIGHTS}; write emissive = \"ignore\" and add a few [[light]]",
+                emitted.len()
+            );
+            return Err(source.fault(line, message));
+        }
         report.meshes.push(mesh_report);
         if all.positions.len().max(all.triangles.len()) > MAX_COUNT {
             break;
@@ -57,8 +72,9 @@ pub(crate) fn load(text: &str, name: &str, folder: &Path) -> Result<Loaded, Scen
     all.textures = context.textures.textures;
     let fault = |source| SceneError::Mesh { file: name.to_string(), source };
     all.validate().map_err(fault)?;
-    let (lights, light_textures, videos) = load_textures(file.lights, &file.textures, source, folder)?;
-    let animation = file.animation.map(|entry| entry.place(source, &lights, &all, &vertices));
+    let (mut lights, light_textures, videos) = load_textures(file.lights, &file.textures, source, folder)?;
+    lights.append(&mut emitted);
+    let animation = file.animation.map(|entry| entry.place(source, &lights, &all, &parts));
     let animation = Animation::with_videos(animation.transpose()?, videos);
     let scene = Scene { mesh: Arc::new(all), lights, light_textures, camera: file.camera };
     Ok(Loaded { scene, animation, report })
@@ -105,7 +121,7 @@ impl Files {
             if let Origin::File(file, _) = &entry.origin {
                 let (count, colours) = uses.entry((folder.join(file), entry.specular.phong())).or_default();
                 *count += 1;
-                *colours |= entry.albedo.is_none();
+                *colours |= entry.albedo.is_none() || matches!(entry.emissive, Emissive::Lights(_));
             }
         }
         Self { uses, kept: HashMap::new() }
@@ -137,19 +153,20 @@ impl Files {
     }
 }
 
-/// Loads one mesh in world space, clean. Its textures are those of `context`.
+/// Loads one mesh in world space, clean, and the lights of its emissive faces. Its textures are those of `context`.
 fn load_mesh(
     entry: MeshEntry,
     scene: Source<'_>,
     folder: &Path,
     files: &mut Files,
     context: &mut Context,
-) -> Result<(Mesh, MeshReport), SceneError> {
-    let (mut mesh, source) = match entry.origin {
+) -> Result<(Mesh, Vec<AreaLight>, MeshReport), SceneError> {
+    let (mut mesh, emission, source) = match entry.origin {
         Origin::File(file, line) => {
             let key = (folder.join(&file), entry.specular.phong());
-            let mesh = files.take(key, line, scene, context)?;
-            (entry.transform.place(mesh), file.display().to_string())
+            let mut mesh = files.take(key, line, scene, context)?;
+            let emission = std::mem::take(&mut mesh.emission);
+            (entry.transform.place(mesh), emission, file.display().to_string())
         }
         Origin::Generator { name, line, parameters, lines } => {
             let mut mesh = generate(&name, parameters).map_err(|fault| {
@@ -169,13 +186,14 @@ fn load_mesh(
                 *texture += first;
             }
             entry.transform.apply(&mut mesh);
-            (mesh, name)
+            (mesh, Vec::new(), name)
         }
     };
     if mesh.positions.len().max(mesh.triangles.len()) > MAX_COUNT {
         let message = format!("[[mesh]] `{source}` has more than {MAX_COUNT} triangles or vertices");
         return Err(scene.fault(entry.line, message));
     }
+    let emitting = matches!(entry.emissive, Emissive::Lights(_)).then(|| mesh.material_ids.clone());
     if let Some(albedo) = entry.albedo {
         mesh.materials = vec![Material { albedo, texture: None, ..Material::default() }];
         mesh.material_ids.fill(0);
@@ -191,6 +209,17 @@ fn load_mesh(
         };
         return Err(scene.fault(entry.line, message));
     }
+    let lights = match (entry.emissive, emitting) {
+        (Emissive::Lights(line), Some(materials)) => {
+            emitters::lights(&mesh, &materials, &emission, &source, context)
+                .map_err(|reason| scene.fault(line, format!("[[mesh]] emissive makes no light: {reason}")))?
+        }
+        (Emissive::Unsaid, _) if entry.albedo.is_none() => {
+            warn_of_unused(&emission, context);
+            Vec::new()
+        }
+        _ => Vec::new(),
+    };
     let zero_area_dropped = drop_zero_area(&mut mesh);
     if mesh.triangles.is_empty() {
         let message = format!("[[mesh]] `{source}` has no triangle with an area, of {zero_area_dropped}");
@@ -198,7 +227,8 @@ fn load_mesh(
     }
     let normals_computed = smooth_normals(&mut mesh, entry.smooth);
     let triangles = mesh.triangles.len();
-    Ok((mesh, MeshReport { source, triangles, zero_area_dropped, normals_computed }))
+    let report = MeshReport { source, triangles, zero_area_dropped, normals_computed, lights: lights.len() };
+    Ok((mesh, lights, report))
 }
 
 /// Keeps the normals that smooth surfaces need, none for a flat mesh, and returns the number of computed ones.

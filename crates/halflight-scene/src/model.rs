@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec2, Vec3};
 use halflight_core::scene::{Material, Mesh};
 
+use crate::emission::Emission;
 use crate::faces::Faces;
 use crate::polygon::triangulate;
 
@@ -19,6 +20,8 @@ pub(crate) struct ModelMesh {
     /// First face and material of each run; material 0 before the first run.
     pub(crate) runs: Vec<(usize, u32)>,
     pub(crate) materials: Vec<Material>,
+    /// Emission of each material; empty where none emits.
+    pub(crate) emission: Vec<Option<Emission>>,
 }
 
 impl ModelMesh {

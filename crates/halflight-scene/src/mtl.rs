@@ -10,6 +10,7 @@ use glam::Vec3;
 use halflight_core::scene::{Material, Specular};
 
 use crate::context::Context;
+use crate::emission::Emission;
 use crate::library::{Definition, Library};
 use crate::text::{Statements, decode, first_number, first_word, keyword_and_rest, numbers, shown};
 pub(crate) use map::UvTransform;
@@ -86,6 +87,18 @@ fn specular(material: &Definition, phong: bool) -> Option<Specular> {
     Some(Specular { roughness: (2.0 / (exponent + 2.0)).powf(0.25), metallic: 0.0, reflectance: ks })
 }
 
+/// Emission of a library's material, if it emits.
+pub(crate) fn emission(library: &Library, index: usize) -> Option<Emission> {
+    let material = &library.materials[index];
+    (material.ke != Vec3::ZERO || material.map_ke).then(|| Emission {
+        radiance: material.ke,
+        textured: material.map_ke,
+        library: library.path.clone(),
+        line: material.emission_line,
+        material: shown(&material.name),
+    })
+}
+
 /// Reader of statements. A faulty statement is skipped with a warning and affects no other line.
 struct Reader<'a> {
     path: &'a Path,
@@ -137,8 +150,19 @@ impl Reader<'_> {
             },
             b"map_d" | b"map_tr" => self.warn("alpha masks (map_d) are not supported"),
             b"bump" | b"map_bump" | b"norm" => self.warn("bump and normal maps are not supported"),
-            b"ke" if above_zero(rest) => self.warn("emission (Ke) is not used; lights are [[light]]"),
-            b"map_ke" => self.warn("emission (Ke) is not used; lights are [[light]]"),
+            b"ke" => match colour(rest).filter(|(ke, _)| ke.min_element() >= 0.0) {
+                Some((ke, _)) => {
+                    self.set(line, |material| (material.ke, material.emission_line) = (ke, line));
+                }
+                None => {
+                    let message =
+                        format!("`Ke {}`, expected one or three finite numbers from 0", shown(rest));
+                    self.leave_out(line, message);
+                }
+            },
+            b"map_ke" => {
+                self.set(line, |material| (material.map_ke, material.emission_line) = (true, line));
+            }
             // Tr is 1 - d.
             b"d" | b"tr" => {
                 let opaque = if keyword == b"d" { 1.0 } else { 0.0 };

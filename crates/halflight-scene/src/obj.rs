@@ -47,6 +47,7 @@ pub(crate) fn read(path: &Path, colours: bool, context: &mut Context) -> Result<
     mesh.faces = std::mem::take(&mut merged.faces);
     mesh.runs = surfaces.runs;
     mesh.materials = surfaces.materials;
+    mesh.emission = surfaces.emission;
     if let Some((dropped, vertex)) = mesh.drop_faces_that_are_not_finite() {
         let position = merged.vertices.corners[vertex as usize][chunk::POSITION] as usize - 1;
         let found = merged.not_finite.binary_search_by_key(&position, |&(_, index)| index);

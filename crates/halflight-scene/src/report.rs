@@ -20,6 +20,8 @@ pub struct MeshReport {
     pub zero_area_dropped: usize,
     /// Number of vertices whose missing shading normal was computed.
     pub normals_computed: usize,
+    /// Number of lights of its emissive faces.
+    pub lights: usize,
 }
 
 impl LoadReport {

@@ -31,6 +31,15 @@ pub struct Animation {
     videos: Vec<Video>,
 }
 
+/// Part of a scene that a `[[mesh]]` makes.
+#[derive(Clone, Debug)]
+pub(crate) struct Part {
+    /// Range of its vertices in the scene's mesh.
+    pub(crate) vertices: Range<usize>,
+    /// Range of the lights of its emissive faces in the scene's lights.
+    pub(crate) lights: Range<usize>,
+}
+
 /// Textures that a light shows one after another, from the first again after the last.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Video {

@@ -1,7 +1,5 @@
 //! Reader of the `[animation]` of a scene file.
 
-use std::ops::Range;
-
 use glam::{DVec3, Vec3};
 use halflight_core::light::AreaLight;
 use halflight_core::scene::{Camera, Mesh};
@@ -10,7 +8,7 @@ use toml::de::DeValue;
 use super::place::{Key, LIMIT, Path};
 use super::sway::Sway;
 use super::track::Track;
-use super::{Animation, MeshMotion};
+use super::{Animation, MeshMotion, Part};
 use crate::camera::read_view;
 use crate::error::SceneError;
 use crate::section::{Found, Section, Source, tables};
@@ -69,13 +67,13 @@ impl AnimationEntry {
         Ok(entry)
     }
 
-    /// Animation of these lights and this mesh, given the vertex ranges of the file's meshes.
+    /// Animation of these lights and this mesh, given the parts that the file's meshes make. Lights of emissive faces move with their mesh.
     pub(crate) fn place(
         self,
         source: Source<'_>,
         lights: &[AreaLight],
         mesh: &Mesh,
-        vertices: &[Range<usize>],
+        parts: &[Part],
     ) -> Result<Animation, SceneError> {
         let mut animation =
             Animation { camera: self.camera, lights: Vec::new(), meshes: Vec::new(), videos: Vec::new() };
@@ -85,10 +83,17 @@ impl AnimationEntry {
             animation.lights.extend(body.path(source, "light", low, high)?.map(|path| (index, path)));
         }
         for mut body in self.meshes {
-            let vertices = vertices[body.index].clone();
+            let Part { vertices, lights } = parts[body.index].clone();
             let (low, high) = bounds(&mesh.positions[vertices.clone()]);
+            if let Some(sway) = body.sway.as_ref().filter(|_| !lights.is_empty()) {
+                let message = "sway bends a mesh with emissive = \"lights\", expected keys: lights stay flat";
+                return Err(source.fault(sway.line, message));
+            }
             let sway = body.sway.take().map(|sway| sway.place(source, low, high)).transpose()?;
             let path = body.path(source, "mesh", low, high)?;
+            animation
+                .lights
+                .extend(lights.zip(path.iter().cycle()).map(|(light, path)| (light, path.clone())));
             animation.meshes.push(MeshMotion { vertices, sway, path });
         }
         Ok(animation)

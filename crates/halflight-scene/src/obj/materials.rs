@@ -8,6 +8,7 @@ use halflight_core::scene::Material;
 
 use super::merge::Merged;
 use crate::context::Context;
+use crate::emission::Emission;
 use crate::folders::{path_of, shown};
 use crate::library::Library;
 use crate::mtl::{self, UvTransform};
@@ -18,6 +19,8 @@ pub(super) struct Surfaces {
     pub(super) materials: Vec<Material>,
     /// Transforms of texture coordinates, one per material.
     pub(super) uvs: Vec<UvTransform>,
+    /// Emission of each material but the default one.
+    pub(super) emission: Vec<Option<Emission>>,
     /// First face and material of each run; material 0 before the first run.
     pub(super) runs: Vec<(usize, u32)>,
 }
@@ -25,7 +28,12 @@ pub(super) struct Surfaces {
 impl Default for Surfaces {
     /// Returns the default material alone.
     fn default() -> Self {
-        Self { materials: vec![Material::default()], uvs: vec![UvTransform::default()], runs: Vec::new() }
+        Self {
+            materials: vec![Material::default()],
+            uvs: vec![UvTransform::default()],
+            emission: Vec::new(),
+            runs: Vec::new(),
+        }
     }
 }
 
@@ -63,6 +71,7 @@ impl Surfaces {
             *material = surfaces.materials.len() as u32;
             let (library, index) = definition;
             surfaces.add(mtl::surface(&definitions.libraries[library].1, index, context));
+            surfaces.emission.push(mtl::emission(&definitions.libraries[library].1, index));
         }
         let default = surfaces.materials.len() as u32;
         surfaces.add((Material::default(), UvTransform::default()));

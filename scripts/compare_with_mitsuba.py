@@ -1,0 +1,195 @@
+#!/usr/bin/env python3
+"""Compares an image of `halflight render` with the direct light that Mitsuba 3 computes for the same scene.
+
+  halflight render scene.toml --size 160x120 --quality final --antialias 1 --out image.exr
+  python3 scripts/compare_with_mitsuba.py scene.toml image.exr --samples 1024
+
+Both sides take rays through pixel centres. Mitsuba's image is the mean of two renders with seeds of their own; their difference is its
+noise. Printed are the NMSE2 of halflight's image against that mean, the part of it that is Mitsuba's noise, and the ratio of the means.
+
+Read are scene files with OBJ meshes (`file`, `transform`, `albedo`, `smooth = "off"`), the generators open-floor and contact, and lights of
+every shape. Anything else that would change the image is refused by name. Needs Python 3.11, numpy and mitsuba (python3 -m pip install
+numpy mitsuba); the variant scalar_rgb needs no LLVM.
+"""
+import argparse
+import pathlib
+import sys
+
+import scene_file
+from scene_file import Refused
+
+
+def arguments():
+    """Options of the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scene", type=pathlib.Path, help="scene file")
+    parser.add_argument("image", type=pathlib.Path, help="OpenEXR file of halflight render")
+    parser.add_argument("--samples", type=int, default=1024, help="light samples a pixel of each of the two renders [default: 1024]")
+    parser.add_argument("--layer", choices=["radiance", "irradiance"], default="radiance",
+                        help="quantity: R, G, B with materials, or irradiance without [default: radiance]")
+    parser.add_argument("--conductor", type=float, nargs=2, metavar=("F0", "ROUGHNESS"),
+                        help="make all surfaces rough conductors of this reflectance at normal incidence")
+    parser.add_argument("--out", type=pathlib.Path, help="write Mitsuba's image as OpenEXR")
+    return parser.parse_args()
+
+
+def diffuse(albedo):
+    """Lambertian surface, on both sides."""
+    reflectance = {"type": "rgb", "value": [float(channel) for channel in albedo]}
+    return {"type": "twosided", "inner": {"type": "diffuse", "reflectance": reflectance}}
+
+
+def conductor(f0, roughness):
+    """Rough conductor with the GGX distribution, on both sides. `f0` is one number or three; alpha is the square of the roughness. Without
+    a material Mitsuba's Fresnel term is 1, so that `f0` is a constant factor: the comparison holds for reflectances of 1 and, elsewhere, away
+    from grazing angles."""
+    f0 = [float(f0)] * 3 if isinstance(f0, (int, float)) else [float(channel) for channel in f0]
+    inner = {
+        "type": "roughconductor", "distribution": "ggx", "material": "none", "alpha": max(float(roughness) ** 2, 1e-4),
+        "specular_reflectance": {"type": "rgb", "value": f0},
+    }
+    return {"type": "twosided", "inner": inner}
+
+
+def triangles(mi, numpy, name, positions, faces, beside):
+    """Mitsuba mesh with flat triangles; `beside` holds its BSDF or emitter."""
+    properties = mi.Properties()
+    for key, value in beside.items():
+        properties[key] = mi.load_dict(value)
+    properties["face_normals"] = True
+    mesh = mi.Mesh(name, len(positions), len(faces), props=properties)
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = numpy.asarray(positions, numpy.float32).ravel()
+    parameters["faces"] = numpy.asarray(faces, numpy.uint32).ravel()
+    parameters.update()
+    return mesh
+
+
+def placed(mi, numpy, u, v, centre):
+    """Transform of Mitsuba's rectangle or disk, whose coordinates run from -1 to 1 along `u` and `v`."""
+    normal = numpy.cross(u, v)
+    matrix = numpy.eye(4)
+    matrix[:3] = numpy.stack([u, v, normal / numpy.linalg.norm(normal), centre], 1)
+    return mi.ScalarTransform4f(matrix)
+
+
+def texture(mi, numpy, light, channel):
+    """Radiance of a textured light in one channel, one value a texel. Mitsuba samples texels by their luminance, so that a blue one beside red
+    ones would be noisy: each channel is rendered by itself."""
+    bitmap = mi.Bitmap(str(light.texture))
+    if light.encoding != "auto":
+        bitmap.set_srgb_gamma(light.encoding == "srgb")
+    bitmap = bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)
+    # The first row of an image is the upper one, and that of a Mitsuba bitmap lies at v = 0.
+    texels = numpy.flipud(numpy.array(bitmap)) * numpy.asarray(light.radiance, numpy.float32)
+    if light.transposed:
+        texels = texels.transpose(1, 0, 2)
+    texels = texels * numpy.eye(3, dtype=numpy.float32)[channel]
+    bitmap = mi.Bitmap(numpy.ascontiguousarray(texels, numpy.float32))
+    return {"type": "bitmap", "bitmap": bitmap, "raw": True, "filter_type": "nearest", "wrap_mode": "clamp"}
+
+
+def emitter(mi, numpy, light, channel):
+    """Shape of a light with its emitter; of a textured one in one channel."""
+    radiance = {"type": "rgb", "value": [float(channel) for channel in light.radiance]}
+    if light.texture:
+        radiance = texture(mi, numpy, light, channel)
+    area = {"type": "area", "radiance": radiance}
+    if light.shape == "polygon":
+        faces = [(0, corner, corner + 1) for corner in range(1, len(light.points) - 1)]
+        return triangles(mi, numpy, "light", light.points, faces, {"emitter": area})
+    kind = "rectangle" if light.shape == "parallelogram" else "disk"
+    return mi.load_dict({"type": kind, "to_world": placed(mi, numpy, light.u, light.v, light.centre), "emitter": area})
+
+
+def read_layer(mi, numpy, path, layer):
+    """Three channels of an image of halflight, rows from the top."""
+    bitmap = mi.Bitmap(str(path))
+    names = [field.name for field in bitmap.struct_()]
+    wanted = ["R", "G", "B"] if layer == "radiance" else [f"irradiance.{channel}" for channel in "RGB"]
+    missing = [name for name in wanted if name not in names]
+    if missing:
+        raise Refused(f"{path} has no channel {missing[0]}; it has {', '.join(names)}")
+    pixels = numpy.array(bitmap, numpy.float64)
+    return numpy.stack([pixels[:, :, names.index(name)] for name in wanted], 2)
+
+
+def render(mi, numpy, world, rays, samples, seed):
+    """Light from the one emitter of a scene along rays; NaN where the emitter itself is seen."""
+    integrator = mi.load_dict({"type": "direct", "emitter_samples": samples, "bsdf_samples": 0, "hide_emitters": True})
+    sampler = mi.load_dict({"type": "independent"})
+    sampler.seed(seed)
+    origin, directions = rays
+    height, width, _ = directions.shape
+    image = numpy.zeros((height, width, 3))
+    origin = mi.Point3f(*map(float, origin))
+    for y in range(height):
+        for x in range(width):
+            ray = mi.RayDifferential3f(origin, mi.Vector3f(*map(float, directions[y, x])))
+            hit = world.ray_intersect(ray)
+            if hit.is_valid() and hit.shape.is_emitter():
+                image[y, x] = numpy.nan
+            elif hit.is_valid():
+                image[y, x] = numpy.array(integrator.sample(world, sampler, ray)[0])
+    return image
+
+
+def images(mi, numpy, scene, size, options):
+    """Mitsuba's two images, each the sum over the lights. Emitters are geometry to Mitsuba, so that each light has a scene of its own."""
+    meshes = []
+    for number, mesh in enumerate(scene.meshes):
+        for part, (albedo, faces) in enumerate(mesh.parts):
+            surface = diffuse([1, 1, 1] if options.layer == "irradiance" else albedo)
+            if options.conductor:
+                surface = conductor(*options.conductor)
+            meshes.append(triangles(mi, numpy, f"mesh{number}-{part}", mesh.positions, faces, {"bsdf": surface}))
+    rays = scene.camera.rays(*size)
+    sums = [0.0, 0.0]
+    passes = [(light, channel) for light in scene.lights for channel in (range(3) if light.texture else [None])]
+    for number, (light, channel) in enumerate(passes):
+        shapes = {f"shape{index}": mesh for index, mesh in enumerate(meshes)}
+        world = mi.load_dict({"type": "scene", "light": emitter(mi, numpy, light, channel), **shapes})
+        for half in (0, 1):
+            sums[half] = sums[half] + render(mi, numpy, world, rays, options.samples, 2 * number + half)
+            print(f"pass {number + 1} of {len(passes)}, half {half + 1} of 2: done", file=sys.stderr, flush=True)
+    scale = numpy.pi if options.layer == "irradiance" else 1.0
+    return [image * scale for image in sums]
+
+
+def compare(numpy, found, first, second):
+    """Text of the comparison over the pixels that Mitsuba does not see its emitter in."""
+    mean = (first + second) / 2
+    known = numpy.isfinite(mean).all(2)
+    found, mean, difference = found[known], mean[known], (first - second)[known]
+    energy = (mean ** 2).sum()
+    if energy == 0:
+        raise Refused("Mitsuba's image is black: no surface in view is lit")
+    nmse2, noise = ((found - mean) ** 2).sum() / energy, (difference ** 2).sum() / 4 / energy
+    return (f"pixels           {known.sum()} of {known.size}; in the others a light is before the surface\n"
+            f"NMSE2            {nmse2:.3e}\n"
+            f"of which noise   {noise:.3e} of Mitsuba's image ({noise / nmse2:.0%})\n"
+            f"ratio of means   {found.sum() / mean.sum():.5f}")
+
+
+def main():
+    options = arguments()
+    try:
+        import mitsuba as mi
+        import numpy
+    except ImportError as fault:
+        sys.exit(f"error: {fault.name} is missing: python3 -m pip install numpy mitsuba")
+    mi.set_variant("scalar_rgb")
+    try:
+        scene = scene_file.read(options.scene)
+        image = read_layer(mi, numpy, options.image, options.layer)
+        height, width, _ = image.shape
+        first, second = images(mi, numpy, scene, (width, height), options)
+        print(compare(numpy, image, first, second))
+    except (Refused, OSError) as fault:
+        sys.exit(f"error: {fault}")
+    if options.out:
+        mi.Bitmap(((first + second) / 2).astype(numpy.float32)).write(str(options.out))
+
+
+if __name__ == "__main__":
+    main()
