@@ -71,8 +71,8 @@ fn textures_are_decoded_and_placed_alike() {
     let mesh = Arc::make_mut(&mut scene.mesh);
     mesh.textures = vec![texture(32, 8, 0), texture(3, 2, 100)];
     mesh.materials = vec![
-        Material { albedo: Vec3::ONE, texture: Some(0) },
-        Material { albedo: Vec3::new(0.5, 1.0, 0.25), texture: Some(1) },
+        Material { albedo: Vec3::ONE, texture: Some(0), ..Material::default() },
+        Material { albedo: Vec3::new(0.5, 1.0, 0.25), texture: Some(1), ..Material::default() },
     ];
     mesh.material_ids = vec![0, 0, 1, 1];
     let place = |position: &Vec3| Vec2::new(position.x * 0.13, position.z * 0.21 - 7.3);

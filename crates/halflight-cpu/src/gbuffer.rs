@@ -220,7 +220,7 @@ mod tests {
     fn albedo_is_the_material_times_the_texture() {
         let mut scene = hall_scene();
         Arc::make_mut(&mut scene.mesh).materials =
-            vec![Material { albedo: Vec3::new(0.5, 1.0, 0.25), texture: Some(0) }];
+            vec![Material { albedo: Vec3::new(0.5, 1.0, 0.25), texture: Some(0), ..Material::default() }];
         Arc::make_mut(&mut scene.mesh).textures =
             vec![Texture { width: 1, height: 1, texels: vec![[128, 0, 255, 0]] }];
         let out = traced(&scene, 4, 4, Isa::best());

@@ -105,6 +105,7 @@ impl Renderer {
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
         let (lights, flush) = separate_lights(scene, None);
         refuse_lights(&lights)?;
+        refuse_alpha_masks(&scene.mesh)?;
         let compiler = Compiler { device, replaced: modules };
         let stages = Stages::new(&compiler, &scene.mesh, config)?;
         let memory = Memory::new(device);
@@ -339,6 +340,17 @@ fn frame_bytes(buffers: &Buffers, frames: &[Frame]) -> Vec<u8> {
         slot[..size_of::<Frame>()].copy_from_slice(bytemuck::bytes_of(frame));
     }
     bytes
+}
+
+/// Refuses triangles with alpha masks.
+fn refuse_alpha_masks(mesh: &Mesh) -> Result<(), GpuError> {
+    match (0..mesh.triangle_count()).any(|triangle| mesh.alpha_mask(triangle).is_some()) {
+        true => Err(GpuError::Unsupported {
+            stage: "an alpha mask",
+            reason: "render the scene on the CPU, or write alpha = \"none\" for its meshes",
+        }),
+        false => Ok(()),
+    }
 }
 
 /// Refuses textured lights of more than one colour.

@@ -170,7 +170,7 @@ fn load_mesh(
         return Err(scene.fault(entry.line, message));
     }
     if let Some(albedo) = entry.albedo {
-        mesh.materials = vec![Material { albedo, texture: None }];
+        mesh.materials = vec![Material { albedo, ..Material::default() }];
         mesh.material_ids.fill(0);
     }
     let finite = mesh.positions.iter().all(|position| position.is_finite());

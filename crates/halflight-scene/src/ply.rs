@@ -215,7 +215,7 @@ fn material(path: &Path, look: Look, names: &[Vec<u8>], context: &mut Context) -
     });
     let colour = look.colour.map(|bits| Vec3::from_array(bits.map(f32::from_bits)));
     let plain = if texture.is_some() { Vec3::ONE } else { Material::default().albedo };
-    Material { albedo: colour.unwrap_or(plain), texture }
+    Material { albedo: colour.unwrap_or(plain), texture, ..Material::default() }
 }
 
 /// Moves the vertices to `mesh`; if corners have their own texture coordinates, creates one vertex for each

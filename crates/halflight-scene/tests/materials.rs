@@ -29,8 +29,11 @@ fn colours_and_textures_arrive_linear() {
     let loaded = folder.load_mesh("a.obj", TRIANGLE).unwrap();
     let mesh = loaded.scene.mesh;
     let of = |triangle: usize| &mesh.materials[mesh.material_ids[triangle] as usize];
-    assert_eq!(*of(0), Material { albedo: Vec3::new(0.1, 0.2, 0.3), texture: Some(0) });
-    assert_eq!(*of(1), Material { albedo: Vec3::splat(0.5), texture: None });
+    assert_eq!(
+        *of(0),
+        Material { albedo: Vec3::new(0.1, 0.2, 0.3), texture: Some(0), ..Material::default() }
+    );
+    assert_eq!(*of(1), Material { albedo: Vec3::splat(0.5), ..Material::default() });
     let texture = &mesh.textures[0];
     assert_eq!((texture.width, texture.height), (1, 2));
     // IEC 61966-2-1 by hand, to seven digits; 10 lies on the linear foot of the curve, 11 just above it.
@@ -58,7 +61,7 @@ fn textures_are_found_whatever_their_case_and_folder() {
         assert!(loaded.report.warnings.is_empty(), "{place}: {:?}", loaded.report.warnings);
         // One file, one texture; without a Kd it is shown as it is.
         assert_eq!(loaded.scene.mesh.textures.len(), 1, "{place}");
-        let white = Material { albedo: Vec3::ONE, texture: Some(0) };
+        let white = Material { albedo: Vec3::ONE, texture: Some(0), ..Material::default() };
         assert_eq!(loaded.scene.mesh.materials[..2], [white.clone(), white], "{place}");
     }
 }
@@ -74,7 +77,8 @@ fn missing_and_broken_textures_fall_back_to_the_colour_and_are_said_once() {
     folder.write("a.obj", TRIANGLE);
     let loaded = folder.load(&"[[mesh]]\nfile = \"a.obj\"\n".repeat(2)).unwrap();
     let mesh = &loaded.scene.mesh;
-    let expected = [Vec3::new(0.1, 0.2, 0.3), Vec3::X].map(|albedo| Material { albedo, texture: None });
+    let expected =
+        [Vec3::new(0.1, 0.2, 0.3), Vec3::X].map(|albedo| Material { albedo, ..Material::default() });
     let used: Vec<&Material> = mesh.material_ids.iter().map(|&id| &mesh.materials[id as usize]).collect();
     assert_eq!(used, [&expected[0], &expected[1], &expected[0], &expected[1]]);
     let [missing, broken] = loaded.report.warnings.as_slice() else { panic!("{:?}", loaded.report.warnings) };
