@@ -5,6 +5,7 @@
 //! [`mask`]s over a [`pattern`] of light samples and hands on [`fragment`]s, whose samples have [`values`]; [`stats`] come back
 //! with the image.
 
+pub mod alpha;
 pub mod camera;
 pub mod certificate;
 pub mod fragment;

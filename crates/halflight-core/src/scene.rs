@@ -4,6 +4,7 @@ use std::sync::{Arc, LazyLock};
 
 use glam::{Vec2, Vec3};
 
+use crate::alpha::AlphaMask;
 pub use crate::camera::Camera;
 use crate::light::{AreaLight, LightError};
 use crate::light_texture::{LightTexture, PlacedTexture};
@@ -74,6 +75,8 @@ pub struct Mesh {
     pub materials: Vec<Material>,
     /// Albedo textures that materials refer to.
     pub textures: Vec<Texture>,
+    /// Alpha masks that materials refer to.
+    pub alpha_masks: Vec<AlphaMask>,
 }
 
 /// A material.
@@ -85,11 +88,13 @@ pub struct Material {
     pub texture: Option<u32>,
     /// Specular reflection; matte without.
     pub specular: Option<Specular>,
+    /// Index into [`Mesh::alpha_masks`]: only solid texels hide light and are seen.
+    pub alpha_mask: Option<u32>,
 }
 
 impl Default for Material {
     fn default() -> Self {
-        Self { albedo: Vec3::splat(0.8), texture: None, specular: None }
+        Self { albedo: Vec3::splat(0.8), texture: None, alpha_mask: None, specular: None }
     }
 }
 
@@ -101,7 +106,7 @@ pub struct Texture {
     pub width: u32,
     /// Height in texels.
     pub height: u32,
-    /// `width * height` texels: red, green and blue in sRGB, and a fourth byte that is not used.
+    /// `width * height` texels: red, green and blue in sRGB, and alpha, which [`Mesh::alpha_masks`] are made of where asked.
     pub texels: Vec<[u8; 4]>,
 }
 
@@ -137,7 +142,7 @@ pub enum MeshError {
         /// The length it must have.
         expected: usize,
     },
-    /// A triangle refers to a vertex, material or texture that does not exist.
+    /// A triangle refers to a vertex, material, texture or alpha mask that does not exist.
     #[error("triangle {triangle} refers to {what} {index}, but there are only {count}")]
     Index {
         /// The triangle.
@@ -193,6 +198,16 @@ impl Mesh {
     #[inline]
     pub fn corners(&self, index: usize) -> [Vec3; 3] {
         self.triangles[index].map(|vertex| self.positions[vertex as usize])
+    }
+
+    /// Alpha mask of triangle `index`; none where all of it is solid.
+    #[inline]
+    pub fn alpha_mask(&self, index: usize) -> Option<&AlphaMask> {
+        if self.alpha_masks.is_empty() {
+            return None;
+        }
+        let mask = self.materials[self.material_ids[index] as usize].alpha_mask?;
+        self.alpha_masks.get(mask as usize)
     }
 
     /// Smallest box around all vertices as (minimum, maximum); `None` for a mesh without vertices.
@@ -253,6 +268,9 @@ impl Mesh {
             check(triangle, "material", material, self.materials.len())?;
             if let Some(texture) = self.materials[material as usize].texture {
                 check(triangle, "texture", texture, self.textures.len())?;
+            }
+            if let Some(mask) = self.materials[material as usize].alpha_mask {
+                check(triangle, "alpha mask", mask, self.alpha_masks.len())?;
             }
         }
         Ok(())

@@ -79,7 +79,7 @@ pub trait Refiner: Send {
 /// Answers which light samples receivers see.
 pub trait Visibility: Send {
     /// Writes `visible` for every wanted sample of every query. A sample is visible when the open segment from the query's
-    /// origin to the sample meets no triangle. Samples below a horizon have been taken out of `wanted` beforehand.
+    /// origin to the sample meets no triangle without an alpha mask; who asks takes out afterwards what triangles with one hide. Samples below a horizon have been taken out of `wanted` beforehand.
     fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch);
 
     /// Checks that the backend can answer queries with this pattern.
@@ -90,7 +90,8 @@ pub trait Visibility: Send {
         Ok(())
     }
 
-    /// Writes what it can certify of the visible fraction in regions of receivers, one [`Certificate`] a region. A backend that does
+    /// Writes what it can certify of the visible fraction in regions of receivers, one [`Certificate`] a region, as if there were no
+    /// triangles with alpha masks. A backend that does
     /// not look at triangles, or only at some, certifies nothing.
     fn certify(
         &mut self,

@@ -3,13 +3,14 @@
 use glam::Vec3;
 use halflight_core::frame::Frame;
 use halflight_core::mask::MaskBatch;
+use halflight_core::scene::Mesh;
 use halflight_core::stages::Visibility;
 use rayon::prelude::*;
 
-use crate::occluder::exact;
+use crate::occluder::{exact, is_solid};
 
 /// Exact visibility without a BVH, a filter or a bounding box: tests every wanted sample against every
-/// triangle by exact predicates (Shewchuk 1997). Far too slow for images.
+/// triangle by exact predicates (Shewchuk 1997), alpha-masked ones included. Far too slow for images.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BruteForce;
 
@@ -27,18 +28,20 @@ impl Visibility for BruteForce {
                 *visible = 0;
                 for bit in (0..64).filter(|bit| wanted >> bit & 1 != 0) {
                     let end = light.point(pattern.position(word * 64 + bit, query.key));
-                    let triangles = (0..mesh.triangle_count()).map(|triangle| mesh.corners(triangle));
-                    *visible |= u64::from(!occluded(query.origin, end, triangles)) << bit;
+                    let mut triangles = 0..mesh.triangle_count();
+                    let hidden = triangles.any(|triangle| hides(mesh, triangle, query.origin, end));
+                    *visible |= u64::from(!hidden) << bit;
                 }
             }
         });
     }
 }
 
-/// True if the open segment from `origin` to `end` meets one of the closed triangles, given by their corners,
-/// in a single point. A triangle whose plane contains an end of the segment is not met.
-pub fn occluded(origin: Vec3, end: Vec3, triangles: impl IntoIterator<Item = [Vec3; 3]>) -> bool {
-    triangles.into_iter().any(|corners| exact::meets(origin, end, corners))
+/// True if the open segment from `origin` to `end` meets a closed triangle of a mesh in a single point, which is solid by
+/// the triangle's alpha mask where it has one. A triangle whose plane contains an end of the segment is not met.
+pub fn hides(mesh: &Mesh, triangle: usize, origin: Vec3, end: Vec3) -> bool {
+    let d = || end.as_dvec3() - origin.as_dvec3();
+    exact::meets(origin, end, mesh.corners(triangle)) && is_solid(mesh, triangle as u32, origin, d())
 }
 
 #[cfg(test)]

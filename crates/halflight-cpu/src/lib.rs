@@ -1,5 +1,6 @@
 //! The stages of Halflight on the CPU: the reference implementation.
 
+mod alpha_masked;
 mod antialias;
 pub mod beam;
 pub mod brute_force;

@@ -311,7 +311,7 @@ impl State {
         let mut expected = Some(0.0);
         for number in 0..scene.lights.len() as u32 {
             clock = Instant::now();
-            let mut requests = Requests::new(visibility.as_mut());
+            let mut requests = Requests::new(visibility.as_mut(), bvh);
             buffers.fragments.reset(width, height, number);
             let refined = refiner.refine(&frame, number, &mut requests, &mut buffers.fragments);
             let Requests { rays, masks_ms, certify_ms, refusal, .. } = requests;
@@ -361,7 +361,7 @@ impl State {
                     let irradiance = (scene.lights.len() == 1).then_some(&image.irradiance[..]);
                     antialias.prepare(bvh, &frame, builder.antialias, irradiance)?;
                 }
-                let mut requests = Requests::new(visibility.as_mut());
+                let mut requests = Requests::new(visibility.as_mut(), bvh);
                 antialias.add_light(
                     &frame,
                     number,

@@ -59,7 +59,7 @@ impl Visibility for BvhRays {
         if words == 0 {
             return;
         }
-        if self.bvh.triangle_count() == 0 {
+        if self.bvh.nodes.is_empty() {
             parts.visible.copy_from_slice(parts.wanted);
             return;
         }

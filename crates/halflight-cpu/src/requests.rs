@@ -9,14 +9,17 @@ use halflight_core::pattern::Pattern;
 use halflight_core::stages::{Unsupported, Visibility};
 use halflight_core::stats::RayCounts;
 
-use crate::horizon;
+use crate::bvh::Bvh;
+use crate::{alpha_masked, horizon};
 
-/// Backend that culls samples below a horizon before the backend behind it answers, counts rays, measures time and refuses
-/// patterns that the backend cannot answer.
+/// Backend that culls samples below a horizon before the backend behind it answers, takes out what alpha-masked triangles hide
+/// afterwards, counts rays, measures time and refuses patterns that the backend cannot answer.
 ///
 /// Refiners that run outside a [`Pipeline`](crate::pipeline::Pipeline) are given one of these.
 pub struct Requests<'a> {
     backend: &'a mut dyn Visibility,
+    /// BVH over the alpha-masked triangles, if there are any.
+    masked: Option<&'a Bvh>,
     /// Rays so far; `total` is left to the caller.
     pub rays: RayCounts,
     /// Time of masks so far, milliseconds.
@@ -28,9 +31,11 @@ pub struct Requests<'a> {
 }
 
 impl<'a> Requests<'a> {
-    /// Returns requests to a backend that is prepared for the frame.
-    pub fn new(backend: &'a mut dyn Visibility) -> Self {
-        Self { backend, rays: RayCounts::default(), masks_ms: 0.0, certify_ms: 0.0, refusal: None }
+    /// Returns requests to a backend that is prepared for the frame. `bvh` is the one over the frame's mesh: backends answer for the
+    /// triangles without alpha masks.
+    pub fn new(backend: &'a mut dyn Visibility, bvh: &'a Bvh) -> Self {
+        let (rays, masked) = (RayCounts::default(), bvh.masked());
+        Self { backend, masked, rays, masks_ms: 0.0, certify_ms: 0.0, refusal: None }
     }
 }
 
@@ -48,6 +53,9 @@ impl Visibility for Requests<'_> {
         }
         self.rays.skipped += culled.skipped;
         self.backend.masks(frame, batch);
+        if let Some(masked) = self.masked {
+            alpha_masked::hide(masked, frame, batch);
+        }
         self.masks_ms += start.elapsed().as_secs_f64() * 1e3;
     }
 
@@ -64,6 +72,9 @@ impl Visibility for Requests<'_> {
     ) {
         let start = Instant::now();
         self.backend.certify(frame, light, regions, certificates);
+        if let Some(masked) = self.masked {
+            alpha_masked::withdraw(masked, frame.light(light), regions, certificates);
+        }
         self.certify_ms += start.elapsed().as_secs_f64() * 1e3;
     }
 }

@@ -106,6 +106,7 @@ impl Renderer {
         let (lights, flush) = separate_lights(scene, None);
         refuse_lights(&lights)?;
         refuse_surfaces(&scene.mesh)?;
+        refuse_alpha_masks(&scene.mesh)?;
         let compiler = Compiler { device, replaced: modules };
         let stages = Stages::new(&compiler, &scene.mesh, config)?;
         let memory = Memory::new(device);
@@ -349,6 +350,17 @@ fn refuse_surfaces(mesh: &Mesh) -> Result<(), GpuError> {
         true => Err(GpuError::Unsupported {
             stage: "a glossy surface",
             reason: "render the scene on the CPU, or switch specular reflection off (in scene files: specular = \"off\")",
+        }),
+        false => Ok(()),
+    }
+}
+
+/// Refuses triangles with alpha masks.
+fn refuse_alpha_masks(mesh: &Mesh) -> Result<(), GpuError> {
+    match (0..mesh.triangle_count()).any(|triangle| mesh.alpha_mask(triangle).is_some()) {
+        true => Err(GpuError::Unsupported {
+            stage: "an alpha mask",
+            reason: "render the scene on the CPU, or write alpha = \"none\" for its meshes",
         }),
         false => Ok(()),
     }

@@ -28,7 +28,7 @@ fn mesh(corners: &[[Vec3; 3]]) -> Mesh {
         triangles: (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
         material_ids: vec![0; corners.len()],
         materials: vec![Material::default()],
-        textures: Vec::new(),
+        ..Mesh::default()
     }
 }
 

@@ -195,7 +195,7 @@ fn load_mesh(
     }
     let emitting = matches!(entry.emissive, Emissive::Lights(_)).then(|| mesh.material_ids.clone());
     if let Some(albedo) = entry.albedo {
-        mesh.materials = vec![Material { albedo, texture: None, ..Material::default() }];
+        mesh.materials = vec![Material { albedo, ..Material::default() }];
         mesh.material_ids.fill(0);
     }
     mesh.materials.iter_mut().for_each(|material| entry.specular.apply(material));

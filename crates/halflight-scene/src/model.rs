@@ -99,7 +99,7 @@ impl ModelMesh {
             triangles,
             material_ids,
             materials: self.materials,
-            textures: Vec::new(),
+            ..Mesh::default()
         }
     }
 }

@@ -62,7 +62,7 @@ pub(crate) fn surface(library: &Library, index: usize, context: &mut Context) ->
     if texture.is_some() && (albedo == Vec3::ZERO || material.kd.is_none()) {
         albedo = Vec3::ONE;
     }
-    (Material { albedo, texture, specular: specular(material, context.phong) }, uv)
+    (Material { albedo, texture, specular: specular(material, context.phong), ..Material::default() }, uv)
 }
 
 /// Specular reflection of a material: by its roughness and metallicity, `Pr` and `Pm`; where `phong` is wanted, otherwise by `Ks` and `Ns`.

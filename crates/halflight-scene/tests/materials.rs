@@ -33,7 +33,7 @@ fn colours_and_textures_arrive_linear() {
         *of(0),
         Material { albedo: Vec3::new(0.1, 0.2, 0.3), texture: Some(0), ..Material::default() }
     );
-    assert_eq!(*of(1), Material { albedo: Vec3::splat(0.5), texture: None, ..Material::default() });
+    assert_eq!(*of(1), Material { albedo: Vec3::splat(0.5), ..Material::default() });
     let texture = &mesh.textures[0];
     assert_eq!((texture.width, texture.height), (1, 2));
     // IEC 61966-2-1 by hand, to seven digits; 10 lies on the linear foot of the curve, 11 just above it.
@@ -77,11 +77,8 @@ fn missing_and_broken_textures_fall_back_to_the_colour_and_are_said_once() {
     folder.write("a.obj", TRIANGLE);
     let loaded = folder.load(&"[[mesh]]\nfile = \"a.obj\"\n".repeat(2)).unwrap();
     let mesh = &loaded.scene.mesh;
-    let expected = [Vec3::new(0.1, 0.2, 0.3), Vec3::X].map(|albedo| Material {
-        albedo,
-        texture: None,
-        ..Material::default()
-    });
+    let expected =
+        [Vec3::new(0.1, 0.2, 0.3), Vec3::X].map(|albedo| Material { albedo, ..Material::default() });
     let used: Vec<&Material> = mesh.material_ids.iter().map(|&id| &mesh.materials[id as usize]).collect();
     assert_eq!(used, [&expected[0], &expected[1], &expected[0], &expected[1]]);
     let [missing, broken] = loaded.report.warnings.as_slice() else { panic!("{:?}", loaded.report.warnings) };

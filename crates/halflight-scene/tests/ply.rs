@@ -191,10 +191,7 @@ fn colours_of_faces_are_materials() {
         assert!(found.iter().zip(expected).all(|(a, b)| a.abs_diff_eq(b, 1e-6)), "{properties}: {found:?}");
         // An albedo in the scene file replaces them, without warnings.
         let mesh = folder.load("[[mesh]]\nfile = \"a.ply\"\nalbedo = [0.5, 0.5, 0.5]\n").unwrap().scene.mesh;
-        assert_eq!(
-            mesh.materials,
-            [Material { albedo: Vec3::splat(0.5), texture: None, ..Material::default() }]
-        );
+        assert_eq!(mesh.materials, [Material { albedo: Vec3::splat(0.5), ..Material::default() }]);
     }
     let alpha = format!("{}property uchar alpha\n", colours("uchar"));
     let rows = "3 0 1 2 1 1 1 255\n3 0 2 3 1 1 1 254\n3 1 2 3 1 1 1 255\n";
@@ -261,7 +258,7 @@ fn texture_coordinates_of_vertices_and_corners_are_used() {
     let green = mesh.textures.iter().position(|texture| texture.texels[0][1] == 255).unwrap() as u32;
     assert_eq!(material(0), Material { albedo: Vec3::ONE, texture: Some(green), ..Material::default() });
     assert_eq!(material(1), Material { albedo: Vec3::X, texture: Some(1 - green), ..Material::default() });
-    assert_eq!(material(2), Material { albedo: Vec3::Z, texture: None, ..Material::default() });
+    assert_eq!(material(2), Material { albedo: Vec3::Z, ..Material::default() });
     // Properties that cannot be used are reported.
     let square =
         |header: &str| square(header, "4 0 1 2 3\n").replace("ascii 1.0\n", &format!("ascii 1.0\n{texture}"));

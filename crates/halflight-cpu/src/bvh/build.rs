@@ -294,8 +294,9 @@ fn priority(child: &Range, area: f32) -> f32 {
     area.min(0.5 * child.bounds.area()) / (child.count as f32).sqrt()
 }
 
-/// Builds nodes and blocks over a mesh; node 0 is the root. Every triangle is in exactly one block.
-pub(super) fn build(mesh: &Mesh, padding: f32) -> (Vec<Node>, Vec<Block>) {
+/// Builds nodes and blocks over the triangles of a mesh that have an alpha mask (`masked`) or have none; node 0 is
+/// the root. Every such triangle is in exactly one block.
+pub(super) fn build(mesh: &Mesh, padding: f32, masked: bool) -> (Vec<Node>, Vec<Block>) {
     let item = |index: usize| {
         let [a, b, c] = mesh.corners(index).map(Vec3A::from);
         let bounds = Bounds { low: a.min(b).min(c), high: a.max(b).max(c) };
@@ -303,6 +304,9 @@ pub(super) fn build(mesh: &Mesh, padding: f32) -> (Vec<Node>, Vec<Block>) {
     };
     let mut items: Vec<Item> =
         (0..mesh.triangle_count()).into_par_iter().with_min_len(4096).map(item).collect();
+    if !mesh.alpha_masks.is_empty() {
+        items.retain(|item| mesh.alpha_mask(item.triangle as usize).is_some() == masked);
+    }
     if items.is_empty() {
         return (Vec::new(), Vec::new());
     }

@@ -3,17 +3,21 @@
 use std::cmp::Ordering;
 
 use glam::Vec3;
+use halflight_core::scene::Mesh;
 
 use super::Bvh;
 use super::layout::Child;
 use super::packet::{Packet, RAYS};
 use super::slab::Shaft;
 use super::stack::{STACK, push_sorted};
-use crate::occluder::{Targets, Vector, exact};
-use crate::simd::{Lanes, Simd};
+use crate::occluder::{Targets, Vector, exact, is_solid};
+use crate::simd::{Kernel, Lanes, Simd};
 
 /// Bound on the relative error of a ray parameter that was rounded to single precision.
 const ROUNDED: f32 = 1.0 / 4_194_304.0;
+
+/// Place of an alpha-masked triangle, which is in no block.
+const MASKED: u32 = u32::MAX;
 
 /// Closest hits of a packet's rays.
 pub(crate) struct Hits<const N: usize = RAYS> {
@@ -22,7 +26,7 @@ pub(crate) struct Hits<const N: usize = RAYS> {
     /// Lower and upper bounds on the ray parameters.
     least: [f32; N],
     most: [f32; N],
-    /// Position of each triangle in the blocks: eight times the block plus the lane.
+    /// Position of each triangle in the blocks: eight times the block plus the lane; [`MASKED`] for an alpha-masked one.
     place: [u32; N],
     /// Indices of the triangles in the mesh; `u32::MAX` for a miss.
     pub(crate) triangle: [u32; N],
@@ -68,6 +72,34 @@ impl Bvh {
         hits: &mut Hits<N>,
     ) {
         *hits = Hits::new();
+        self.closer_hit::<S, N>(packet, None, stack, hits);
+    }
+
+    /// Replaces the closest hits of a finished packet where an alpha-masked triangle is met, in a solid point, before them
+    /// or in the same point with a lower index.
+    #[inline(always)]
+    pub(crate) fn closer_masked_hit<S: Simd, const N: usize>(
+        &self,
+        packet: &Packet<N>,
+        mesh: &Mesh,
+        stack: &mut [(u32, f32); STACK],
+        hits: &mut Hits<N>,
+    ) {
+        if let Some(masked) = self.masked() {
+            S::call(Closer { bvh: self, masked, packet, mesh, stack, hits });
+        }
+    }
+
+    /// Looks for closer hits than those that are known. Where `mesh` is given, points of triangles count only where
+    /// its alpha masks are solid.
+    #[inline(always)]
+    fn closer_hit<S: Simd, const N: usize>(
+        &self,
+        packet: &Packet<N>,
+        mesh: Option<&Mesh>,
+        stack: &mut [(u32, f32); STACK],
+        hits: &mut Hits<N>,
+    ) {
         if self.nodes.is_empty() || packet.count == 0 {
             return;
         }
@@ -90,7 +122,7 @@ impl Bvh {
                     waiting = push_sorted(node, mask & node.occupied(), enter, stack, waiting);
                 }
                 Child::Block(index) => {
-                    if self.closest_in_block::<S, N>(index, packet, &mut targets, hits) {
+                    if self.closest_in_block::<S, N>(index, packet, mesh, &mut targets, hits) {
                         end = farthest::<S::Wide, N>(&hits.most, packet.count) * (1.0 + ROUNDED);
                     }
                 }
@@ -99,11 +131,14 @@ impl Bvh {
     }
 
     /// Corners of the triangle that a ray has hit.
-    pub(crate) fn hit_corners<const N: usize>(&self, hits: &Hits<N>, ray: usize) -> [Vec3; 3] {
+    pub(crate) fn hit_corners<const N: usize>(&self, mesh: &Mesh, hits: &Hits<N>, ray: usize) -> [Vec3; 3] {
         if hits.triangle[ray] == u32::MAX {
             return [Vec3::ZERO; 3];
         }
         let place = hits.place[ray];
+        if place == MASKED {
+            return mesh.corners(hits.triangle[ray] as usize);
+        }
         self.blocks[(place >> 3) as usize].triangle_corners((place & 7) as usize)
     }
 
@@ -113,6 +148,7 @@ impl Bvh {
         &self,
         index: u32,
         packet: &Packet<N>,
+        mesh: Option<&Mesh>,
         targets: &mut Targets,
         hits: &mut Hits<N>,
     ) -> bool {
@@ -134,7 +170,7 @@ impl Bvh {
                 }
                 any = true;
                 let place = index << 3 | lane as u32;
-                let surely = found.surely & valid;
+                let surely = if mesh.is_none() { found.surely & valid } else { 0 };
                 if surely != 0 {
                     S::Wide::load(&hits.t[at..]).select(surely, found.t).store(&mut hits.t[at..]);
                     least.select(surely, found.least).store(&mut hits.least[at..]);
@@ -150,22 +186,31 @@ impl Bvh {
                 while open != 0 {
                     let ray = at + open.trailing_zeros() as usize;
                     open &= open - 1;
-                    self.decide(packet, ray, place, hits);
+                    self.decide(packet, mesh, ray, place, hits);
                 }
             }
         }
         any
     }
 
-    /// Decides in exact arithmetic if a triangle is closer than a ray's closest hit so far.
+    /// Decides in exact arithmetic if a triangle is closer than a ray's closest hit so far, in a solid point where
+    /// `mesh` is given.
     #[cold]
     #[inline(never)]
-    fn decide<const N: usize>(&self, packet: &Packet<N>, number: usize, place: u32, hits: &mut Hits<N>) {
+    fn decide<const N: usize>(
+        &self,
+        packet: &Packet<N>,
+        mesh: Option<&Mesh>,
+        number: usize,
+        place: u32,
+        hits: &mut Hits<N>,
+    ) {
         let at = |place: u32| (&self.blocks[(place >> 3) as usize], (place & 7) as usize);
         let (block, lane) = at(place);
         let ray = exact::Ray { origin: packet.origin, d: packet.direction(number) };
         let (corners, triangle) = (block.triangle_corners(lane), block.triangle(lane));
-        if !ray.meets(corners) {
+        let solid = |mesh: &Mesh| is_solid(mesh, triangle, ray.origin, ray.d.as_dvec3());
+        if !ray.meets(corners) || !mesh.is_none_or(solid) {
             return;
         }
         if hits.triangle[number] != u32::MAX {
@@ -179,5 +224,41 @@ impl Bvh {
         hits.t[number] = t;
         (hits.least[number], hits.most[number]) = (t * (1.0 - ROUNDED), t * (1.0 + ROUNDED));
         (hits.place[number], hits.triangle[number]) = (place, triangle);
+    }
+}
+
+/// Traversal of the BVH over alpha-masked triangles by a packet whose closest hits among the others are known.
+struct Closer<'a, const N: usize> {
+    bvh: &'a Bvh,
+    masked: &'a Bvh,
+    packet: &'a Packet<N>,
+    mesh: &'a Mesh,
+    stack: &'a mut [(u32, f32); STACK],
+    hits: &'a mut Hits<N>,
+}
+
+impl<const N: usize> Kernel for Closer<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Self { bvh, masked, packet, mesh, stack, hits } = self;
+        // Places are those of other blocks: which of two hits is closer is decided at the end.
+        let mut found = Hits { triangle: [u32::MAX; N], ..*hits };
+        masked.closer_hit::<S, N>(packet, Some(mesh), stack, &mut found);
+        for number in 0..packet.count {
+            let triangle = found.triangle[number];
+            if triangle == u32::MAX {
+                continue;
+            }
+            let ray = exact::Ray { origin: packet.origin, d: packet.direction(number) };
+            let order = || ray.compare(mesh.corners(triangle as usize), bvh.hit_corners(mesh, hits, number));
+            if hits.triangle[number] == u32::MAX
+                || order().then(triangle.cmp(&hits.triangle[number])) == Ordering::Less
+            {
+                (hits.triangle[number], hits.place[number]) = (triangle, MASKED);
+                hits.t[number] = found.t[number];
+            }
+        }
     }
 }

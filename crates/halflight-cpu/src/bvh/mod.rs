@@ -4,6 +4,9 @@
 //! `build` makes nodes of eight children and blocks of eight triangles (`layout`). Ray–triangle intersection
 //! is decided exactly (`occluder`); box tests (`slab`) are conservative. Packets (`any_hit`), single rays
 //! (`single`) and a search through all triangles therefore agree hit for hit, for every instruction set.
+//!
+//! Triangles with an alpha mask lie in a second BVH (`Bvh::masked`): traversal of the first one, and the
+//! visibility backends that collect triangles in it, need not know of them.
 
 mod any_hit;
 mod build;
@@ -56,8 +59,12 @@ pub enum BvhError {
 /// Bounding-volume hierarchy over the triangles of one mesh.
 #[derive(Clone, Debug)]
 pub struct Bvh {
+    /// Nodes and blocks of the triangles without an alpha mask.
     pub(crate) nodes: Vec<Node>,
     pub(crate) blocks: Vec<Block>,
+    /// BVH over the triangles with an alpha mask, if there are any; it has the extent and the triangle count of
+    /// the whole mesh.
+    masked: Option<Box<Bvh>>,
     extent: Extent,
     triangle_count: usize,
     build_time: Duration,
@@ -71,8 +78,19 @@ impl Bvh {
     pub fn build(mesh: &Mesh) -> Result<Self, BvhError> {
         let start = Instant::now();
         let extent = Extent::of(mesh)?;
-        let (nodes, blocks) = build::build(mesh, extent.padding());
-        Ok(Self { nodes, blocks, extent, triangle_count: mesh.triangle_count(), build_time: start.elapsed() })
+        let over = |masked: bool| {
+            let (nodes, blocks) = build::build(mesh, extent.padding(), masked);
+            let (triangle_count, build_time) = (mesh.triangle_count(), start.elapsed());
+            Self { nodes, blocks, masked: None, extent, triangle_count, build_time }
+        };
+        let masked = (!mesh.alpha_masks.is_empty()).then(|| Box::new(over(true)));
+        let masked = masked.filter(|masked| !masked.nodes.is_empty());
+        Ok(Self { masked, ..over(false) })
+    }
+
+    /// BVH over the triangles with an alpha mask, which are in no node of this one; none where there are none.
+    pub(crate) fn masked(&self) -> Option<&Self> {
+        self.masked.as_deref()
     }
 
     /// Time that building took.
@@ -82,7 +100,8 @@ impl Bvh {
 
     /// Memory held, bytes.
     pub fn bytes(&self) -> usize {
-        self.nodes.capacity() * size_of::<Node>() + self.blocks.capacity() * size_of::<Block>()
+        let masked = self.masked().map_or(0, |masked| size_of::<Self>() + masked.bytes());
+        self.nodes.capacity() * size_of::<Node>() + self.blocks.capacity() * size_of::<Block>() + masked
     }
 
     /// Diagonal of the smallest box around the mesh, metres.
@@ -95,9 +114,10 @@ impl Bvh {
         self.extent.largest
     }
 
-    /// Triangles whose boxes may touch a box, in no particular order.
+    /// Triangles whose boxes may touch a box, in no particular order, alpha-masked ones included.
     pub(crate) fn triangles_in(&self, low: Vec3, high: Vec3) -> Vec<u32> {
-        let (mut found, mut waiting) = (Vec::new(), Vec::new());
+        let mut found = self.masked().map_or_else(Vec::new, |masked| masked.triangles_in(low, high));
+        let mut waiting = Vec::new();
         waiting.extend(self.nodes.first().map(|_| 0));
         while let Some(index) = waiting.pop() {
             let node = &self.nodes[index as usize];
@@ -120,15 +140,33 @@ impl Bvh {
         self.triangle_count
     }
 
-    /// True if the BVH matches this mesh: equally many triangles with the same corners.
+    /// True if the BVH matches this mesh: equally many triangles with the same corners, and alpha masks for the
+    /// same ones of them.
     pub fn is_over(&self, mesh: &Mesh) -> bool {
-        mesh.triangle_count() == self.triangle_count
-            && self.blocks.par_iter().with_min_len(1024).all(|block| {
+        let over = |bvh: &Self| {
+            bvh.blocks.par_iter().with_min_len(1024).all(|block| {
                 (0..).zip(block.triangles()).all(|(lane, triangle)| {
                     (triangle as usize) < mesh.triangle_count()
                         && block.triangle_corners(lane) == mesh.corners(triangle as usize)
                 })
             })
+        };
+        mesh.triangle_count() == self.triangle_count
+            && over(self)
+            && self.masked().is_none_or(over)
+            && self.is_parted_as(mesh)
+    }
+
+    /// True if the triangles of a mesh with as many have alpha masks where those of the BVH have.
+    fn is_parted_as(&self, mesh: &Mesh) -> bool {
+        let all = |bvh: &Self, masked: bool| {
+            let mut triangles = bvh.blocks.iter().flat_map(Block::triangles);
+            triangles.all(|triangle| mesh.alpha_mask(triangle as usize).is_some() == masked)
+        };
+        match self.masked() {
+            Some(masked) => all(masked, true) && all(self, false),
+            None => mesh.alpha_masks.is_empty() || all(self, false),
+        }
     }
 }
 

@@ -19,13 +19,16 @@ const WORN: f64 = 2.0;
 impl Bvh {
     /// BVH over the same triangles in other positions: this one refitted, or a new one where triangles have
     /// moved so far relative to each other that the old tree would slow rays down. The choice depends on the
-    /// two meshes alone.
+    /// two meshes alone. It is a new one, too, where other triangles have alpha masks.
     ///
     /// # Errors
     /// See [`Bvh::refit`].
     pub fn follow(&self, mesh: &Mesh) -> Result<Self, BvhError> {
         let mut moved = self.clone();
-        moved.refit(mesh)?;
+        match moved.refit(mesh) {
+            Err(BvhError::Foreign) => return Self::build(mesh),
+            refitted => refitted?,
+        }
         if moved.cost() > WORN * self.cost() { Self::build(mesh) } else { Ok(moved) }
     }
 
@@ -35,14 +38,28 @@ impl Bvh {
     /// Traversal time depends on how far triangles have moved relative to each other: see [`Bvh::cost`].
     ///
     /// # Errors
-    /// See [`Bvh::build`]; also an error if the number of triangles differs. The BVH is then unchanged.
+    /// See [`Bvh::build`]; also an error if the number of triangles differs, or other ones have alpha masks. The BVH
+    /// is then unchanged.
     pub fn refit(&mut self, mesh: &Mesh) -> Result<(), BvhError> {
         if mesh.triangle_count() != self.triangle_count {
             let (found, expected) = (mesh.triangle_count(), self.triangle_count);
             return Err(BvhError::TriangleCount { found, expected });
         }
-        self.extent = Extent::of(mesh)?;
-        let padding = self.extent.padding();
+        let extent = Extent::of(mesh)?;
+        if !self.is_parted_as(mesh) {
+            return Err(BvhError::Foreign);
+        }
+        if let Some(masked) = &mut self.masked {
+            masked.update(mesh, extent);
+        }
+        self.update(mesh, extent);
+        Ok(())
+    }
+
+    /// Updates boxes and triangles of the nodes' own blocks.
+    fn update(&mut self, mesh: &Mesh, extent: Extent) {
+        self.extent = extent;
+        let padding = extent.padding();
         let boxes: Vec<Bounds> = self
             .blocks
             .par_iter_mut()
@@ -63,11 +80,10 @@ impl Bvh {
                 around[index] = around[index].joined(bounds);
             }
         }
-        Ok(())
     }
 
     /// Expected number of children's boxes that a ray through the root meets: the sum of their surface areas
-    /// over the root's.
+    /// over the root's. Alpha-masked triangles have a root of their own, whose number is added.
     ///
     /// The growth of this number after refits tells when to build a new BVH.
     pub fn cost(&self) -> f64 {
@@ -76,10 +92,11 @@ impl Bvh {
             let size = (high - low).as_dvec3();
             size.x * size.y + size.y * size.z + size.z * size.x
         };
-        let Some(root) = self.nodes.first() else { return 0.0 };
+        let masked = self.masked().map_or(0.0, Self::cost);
+        let Some(root) = self.nodes.first() else { return masked };
         let whole = boxes(root).into_iter().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
         let sum: f64 = self.nodes.iter().flat_map(boxes).map(area).sum();
-        whole.map(area).filter(|&whole| whole > 0.0).map_or(0.0, |whole| sum / whole)
+        masked + whole.map(area).filter(|&whole| whole > 0.0).map_or(0.0, |whole| sum / whole)
     }
 }
 

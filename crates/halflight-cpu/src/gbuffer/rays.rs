@@ -51,12 +51,13 @@ impl<'a, const N: usize> Rays<'a, N> {
         }
         self.packet.finish::<S>();
         self.bvh.closest_hit::<S, N>(&self.packet, &mut self.stack, &mut self.hits);
+        self.bvh.closer_masked_hit::<S, N>(&self.packet, self.mesh, &mut self.stack, &mut self.hits);
         let mut triangles = 0;
         for ray in 0..count {
             let triangle = self.hits.triangle[ray];
             let seen = &mut self.surfaces[triangle as usize % SURFACES];
             if triangle != seen.triangle {
-                let corners = self.bvh.hit_corners(&self.hits, ray);
+                let corners = self.bvh.hit_corners(self.mesh, &self.hits, ray);
                 *seen = Surface::new(self.mesh, self.eye, triangle, corners);
                 triangles += 1;
             }

@@ -2,8 +2,10 @@
 //!
 //! The result is exact (`exact`). A single-precision filter with error bounds decides nearly all cases
 //! (`facet`): for rays, for the samples of a mask one by one (`points`) or by rows (`rows`), or for the light
-//! as a whole (`over`). The range of samples that a triangle may hide is bounded beforehand (`window`).
+//! as a whole (`over`). The range of samples that a triangle may hide is bounded beforehand (`window`). Hits of
+//! alpha-masked triangles are tested once more (`alpha`).
 
+mod alpha;
 mod block;
 mod closest;
 pub(crate) mod exact;
@@ -21,6 +23,7 @@ use halflight_core::mask::Query;
 use halflight_core::pattern::{Pattern, PatternKind};
 
 pub(crate) use crate::vector::Vector;
+pub(crate) use alpha::is_solid;
 pub(crate) use block::{Block, Triangle};
 pub(crate) use closest::Targets;
 pub(crate) use facet::{Facets, Planes, barycentric, corner_weights};

@@ -93,7 +93,7 @@ impl Cells {
         }
     }
 
-    /// Bins all triangles for one side of a light. With `span`, a triangle goes to the finest level on which
+    /// Bins all triangles without an alpha mask for one side of a light. With `span`, a triangle goes to the finest level on which
     /// it covers at most that many cells per side; without, all go to the finest level.
     pub(super) fn fill(
         &mut self,
@@ -113,6 +113,9 @@ impl Cells {
         let mut rectangles = std::mem::take(&mut self.rectangles);
         let this = &*self;
         let range = |triangle: usize| {
+            if mesh.alpha_mask(triangle).is_some() {
+                return None;
+            }
             let rectangle = this.projection.triangle(mesh.corners(triangle))?;
             let [x0, y0] = this.cell(rectangle.low);
             let [x1, y1] = this.cell(rectangle.high);

@@ -15,6 +15,7 @@ use halflight_core::values::Values;
 use super::representative::fragment_point;
 use super::sfvt_gass::Verdict;
 use super::*;
+use crate::bvh::Bvh;
 use crate::irradiance::{self, Shading};
 use crate::requests::Requests;
 
@@ -77,8 +78,9 @@ impl Floor {
     fn refine_by(&self, refiner: &mut dyn Refiner, visibility: &mut dyn Visibility) -> (Fragments, Vec<f32>) {
         let mut fragments = Fragments::default();
         fragments.reset(self.gbuffer.width, self.gbuffer.height, 0);
+        let bvh = Bvh::build(&self.scene.mesh).unwrap();
         let known = refiner
-            .refine(&self.frame(), 0, &mut Requests::new(visibility), &mut fragments)
+            .refine(&self.frame(), 0, &mut Requests::new(visibility, &bvh), &mut fragments)
             .fractions
             .to_vec();
         fragments.validate(&self.gbuffer).unwrap();

@@ -237,7 +237,8 @@ impl Kernel for Trace<'_> {
     }
 }
 
-/// Returns a function that tests with the BVH if the open segment between two points meets a triangle.
+/// Returns a function that tests with the BVH if the open segment between two points meets a triangle without an alpha mask; voxels hold no
+/// others.
 pub fn segments(bvh: &Bvh) -> impl Fn(Vec3, Vec3) -> bool + Sync + '_ {
     struct Segment<'a>(&'a Bvh, Vec3, Vec3);
 

@@ -78,11 +78,14 @@ impl Polygon {
     }
 }
 
-/// Sets every voxel that a triangle of the mesh touches. OR is commutative, so the result does not depend on
+/// Sets every voxel that a triangle of the mesh without an alpha mask touches. OR is commutative, so the result does not depend on
 /// the number of threads.
 pub(super) fn rasterize(grid: &Grid, frustum: &Frustum, mesh: &Mesh) {
-    mesh.triangles.par_chunks(CHUNK).for_each(|triangles| {
-        for triangle in triangles {
+    mesh.triangles.par_chunks(CHUNK).enumerate().for_each(|(chunk, triangles)| {
+        for (number, triangle) in triangles.iter().enumerate() {
+            if mesh.alpha_mask(chunk * CHUNK + number).is_some() {
+                continue;
+            }
             let corners = triangle.map(|vertex| frustum.place(mesh.positions[vertex as usize]));
             triangle_into(grid, frustum, corners);
         }

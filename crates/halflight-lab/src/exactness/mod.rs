@@ -23,6 +23,7 @@ use halflight_cpu::config::{Named, VisibilityConfig};
 use halflight_cpu::gbuffer;
 use halflight_cpu::horizon;
 use halflight_cpu::pipeline::PipelineError;
+use halflight_cpu::requests::Requests;
 use halflight_metrics::WriteError;
 use serde::Serialize;
 
@@ -128,11 +129,11 @@ pub fn check(
         for (light, pattern) in (0..scene.lights.len() as u32).flat_map(|l| PATTERNS.map(|p| (l, p))) {
             let mut batch = questions(&Frame { pattern, ..frame }, light);
             let Some((first, others)) = backends.split_first_mut() else { return Ok(agreements) };
-            first.visibility.masks(&frame, &mut batch);
+            Requests::new(first.visibility.as_mut(), bvh).masks(&frame, &mut batch);
             let expected = batch.parts().visible.to_vec();
             for (backend, agreement) in others.iter_mut().zip(&mut agreements) {
                 if backend.visibility.supports(pattern).is_ok() {
-                    backend.visibility.masks(&frame, &mut batch);
+                    Requests::new(backend.visibility.as_mut(), bvh).masks(&frame, &mut batch);
                     let parts = batch.parts();
                     let before = agreement.pairs;
                     for ((&wanted, &a), &b) in parts.wanted.iter().zip(&expected).zip(&*parts.visible) {

@@ -3,7 +3,8 @@
 //! Each triangle is asked about every pixel whose centre may see it: those in the rectangle around its corners' projections,
 //! or all of them where it reaches behind the eye. Nothing is shared with the renderer but the pixels' directions.
 
-use glam::{DVec3, Vec3, Vec3Swizzles as _};
+use glam::{DVec2, DVec3, Vec3, Vec3Swizzles as _};
+use halflight_core::alpha::AlphaMask;
 use halflight_core::camera::View;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_core::scene::Scene;
@@ -28,10 +29,16 @@ pub struct PrimaryAgreement {
     pub open: u64,
 }
 
+/// Distance from the border of a texel, in texels, within which double precision may take its neighbour: weights of corners are
+/// wrong by some 10⁻⁹ where rays graze a triangle, and textures repeat some hundred times at most.
+const TEXEL: f64 = 1e-6;
+
 /// Triangle and the pixels that may see it.
-struct Candidate {
+struct Candidate<'a> {
     index: u32,
     corners: [DVec3; 3],
+    /// Alpha mask and texture coordinates of the corners.
+    alpha: Option<(&'a AlphaMask, [DVec2; 3])>,
     /// First and last column and row.
     columns: [usize; 2],
     rows: [usize; 2],
@@ -49,8 +56,12 @@ enum Passes {
 pub fn check(scene: &Scene, seen: &GBuffer) -> PrimaryAgreement {
     let view = View::new(&scene.camera, seen.width, seen.height);
     let (width, height) = (seen.width as usize, seen.height as usize);
-    let candidate =
-        |index: usize| Candidate::new(scene.mesh.corners(index), index as u32, &view, [width, height]);
+    let mesh = &scene.mesh;
+    let candidate = |index: usize| {
+        let uvs = mesh.triangles[index].map(|vertex| mesh.uvs[vertex as usize].as_dvec2());
+        let alpha = mesh.alpha_mask(index).map(|mask| (mask, uvs));
+        Candidate::new(mesh.corners(index), index as u32, alpha, &view, [width, height])
+    };
     let candidates: Vec<Candidate> =
         (0..scene.mesh.triangle_count()).into_par_iter().filter_map(candidate).collect();
     let band = |top: usize| {
@@ -65,8 +76,14 @@ pub fn check(scene: &Scene, seen: &GBuffer) -> PrimaryAgreement {
     })
 }
 
-impl Candidate {
-    fn new(corners: [Vec3; 3], index: u32, view: &View, size: [usize; 2]) -> Option<Self> {
+impl<'a> Candidate<'a> {
+    fn new(
+        corners: [Vec3; 3],
+        index: u32,
+        alpha: Option<(&'a AlphaMask, [DVec2; 3])>,
+        view: &View,
+        size: [usize; 2],
+    ) -> Option<Self> {
         let corners = corners.map(Vec3::as_dvec3);
         let [width, height] = size.map(|pixels| pixels as f64);
         let ahead = view.corner + view.right * (width * 0.5) + view.down * (height * 0.5);
@@ -76,7 +93,7 @@ impl Candidate {
         if depths.iter().all(|&depth| depth < -largest * 1e-9) {
             return None;
         }
-        let all = Self { index, corners, columns: [0, size[0] - 1], rows: [0, size[1] - 1] };
+        let all = Self { index, corners, alpha, columns: [0, size[0] - 1], rows: [0, size[1] - 1] };
         if depths.iter().any(|&depth| depth < largest * 1e-9) {
             return Some(all);
         }
@@ -115,12 +132,23 @@ impl Candidate {
             return Passes::Unknown;
         }
         let t = distance / normal.dot(d);
-        if t > 0.0 { Passes::Inside(t) } else { Passes::Outside }
+        if t <= 0.0 {
+            return Passes::Outside;
+        }
+        let Some((mask, [first, second, third])) = self.alpha else { return Passes::Inside(t) };
+        // A corner's weight is the side of the edge across from it.
+        let weight = |side: usize| sides[side].0 / along;
+        let uv = first * weight(1) + second * weight(2) + third * weight(0);
+        let texels = uv * DVec2::new(f64::from(mask.width()), f64::from(mask.height()));
+        if (texels - texels.round()).abs().min_element() < TEXEL {
+            return Passes::Unknown;
+        }
+        if mask.is_solid(uv) { Passes::Inside(t) } else { Passes::Outside }
     }
 }
 
 fn compare_band(
-    candidates: &[Candidate],
+    candidates: &[Candidate<'_>],
     seen: &GBuffer,
     view: &View,
     rows: [usize; 2],

@@ -6,7 +6,7 @@ use glam::Vec3;
 use halflight_core::frame::Frame;
 use halflight_core::hash;
 use halflight_core::mask::MaskBatch;
-use halflight_cpu::brute_force::occluded;
+use halflight_cpu::brute_force::hides;
 use rayon::prelude::*;
 
 use super::Agreement;
@@ -54,17 +54,16 @@ fn truth(frame: &Frame, batch: &MaskBatch, query: usize) -> Vec<u64> {
     let ends: Vec<(usize, Vec3)> = samples.map(|sample| (sample, place(sample))).collect();
 
     let all = Bounds::around(ends.iter().map(|&(_, end)| end).chain([receiver.origin]));
-    let near: Vec<([Vec3; 3], Bounds)> = (0..mesh.triangle_count())
-        .map(|triangle| mesh.corners(triangle))
-        .map(|corners| (corners, Bounds::around(corners)))
+    let near: Vec<(usize, Bounds)> = (0..mesh.triangle_count())
+        .map(|triangle| (triangle, Bounds::around(mesh.corners(triangle))))
         .filter(|(_, bounds)| bounds.touches(&all))
         .collect();
     let mut visible = vec![0; wanted.len()];
     for (sample, end) in ends {
         let segment = Bounds::around([receiver.origin, end]);
-        let triangles =
-            near.iter().filter(|(_, bounds)| bounds.touches(&segment)).map(|&(corners, _)| corners);
-        visible[sample / 64] |= u64::from(!occluded(receiver.origin, end, triangles)) << (sample % 64);
+        let mut triangles = near.iter().filter(|(_, bounds)| bounds.touches(&segment));
+        let hidden = triangles.any(|&(triangle, _)| hides(mesh, triangle, receiver.origin, end));
+        visible[sample / 64] |= u64::from(!hidden) << (sample % 64);
     }
     visible
 }

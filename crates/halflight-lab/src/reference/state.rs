@@ -115,7 +115,7 @@ impl State {
 }
 
 /// Returns a hash of all that a reference's samples depend on: equal on every machine and with every compiler. Materials
-/// are left out, since irradiance does not depend on them.
+/// are left out, since irradiance does not depend on them, but for their alpha masks.
 pub(super) fn key(scene: &Scene, config: &ReferenceConfig) -> u64 {
     let mut hash = FnvHasher::default();
     let mut words = |values: &[u32]| values.iter().for_each(|value| hash.write(&value.to_le_bytes()));
@@ -125,6 +125,20 @@ pub(super) fn key(scene: &Scene, config: &ReferenceConfig) -> u64 {
         words(&position.to_array().map(f32::to_bits));
     }
     words(scene.mesh.triangles.as_flattened());
+    for triangle in 0..scene.mesh.triangle_count() {
+        if let Some(mask) = scene.mesh.alpha_mask(triangle) {
+            words(&[triangle as u32, mask.width(), mask.height()]);
+            words(scene.mesh.materials[scene.mesh.material_ids[triangle] as usize].alpha_mask.as_slice());
+            for &vertex in &scene.mesh.triangles[triangle] {
+                words(&scene.mesh.uvs[vertex as usize].to_array().map(f32::to_bits));
+            }
+        }
+    }
+    for mask in &scene.mesh.alpha_masks {
+        for &word in mask.words() {
+            words(&[word as u32, (word >> 32) as u32]);
+        }
+    }
     for light in &scene.lights {
         let LightFrame { origin, u, v } = light.frame();
         for vector in [origin, u, v, light.radiance] {

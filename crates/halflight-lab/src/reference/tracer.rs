@@ -28,6 +28,7 @@ pub(super) struct Tracer<'a> {
     pyramid: Pyramid,
     refiner: PerPixel,
     rays: BvhRays,
+    bvh: Arc<Bvh>,
     fragments: Fragments,
     sums: Vec<(u32, Sums, Vec3)>,
 }
@@ -41,6 +42,7 @@ impl<'a> Tracer<'a> {
             pyramid: Pyramid::default(),
             refiner: PerPixel::default(),
             rays: BvhRays::new(Arc::clone(bvh)),
+            bvh: Arc::clone(bvh),
             fragments: Fragments::default(),
             sums: Vec::new(),
         }
@@ -62,7 +64,7 @@ impl<'a> Tracer<'a> {
         for (number, light) in self.scene.lights.iter().enumerate() {
             let texture = frame.light_texture(number as u32);
             self.fragments.reset(self.seen.width, self.seen.height, number as u32);
-            let mut rays = Requests::new(&mut self.rays);
+            let mut rays = Requests::new(&mut self.rays, &self.bvh);
             self.refiner.refine(&frame, number as u32, &mut rays, &mut self.fragments);
             let fragments = &self.fragments;
             let sums = fragments.samples().par_iter().map(|sample| {

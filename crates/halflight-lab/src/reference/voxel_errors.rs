@@ -8,6 +8,7 @@ use halflight_core::gbuffer::GBuffer;
 use halflight_core::mask::MaskBatch;
 use halflight_core::pyramid::Pyramid;
 use halflight_core::stages::{Refiner, Visibility};
+use halflight_cpu::bvh::Bvh;
 use halflight_cpu::pipeline::PipelineError;
 use halflight_cpu::prepared::PreparedScene;
 use halflight_cpu::rays::BvhRays;
@@ -68,7 +69,8 @@ pub fn failures(
     let mut found = Failures::default();
     let (mut darker, mut brighter) = (0.0, 0.0);
     for light in 0..scene.lights.len() as u32 {
-        let (exact, approximate) = (answers(&frame, light, &mut rays), answers(&frame, light, &mut voxels));
+        let (exact, approximate) =
+            (answers(&frame, light, bvh, &mut rays), answers(&frame, light, bvh, &mut voxels));
         // `PerPixel` asks about all of the image in one batch.
         let (exact, approximate) = (exact.batch(0), approximate.batch(0));
         let map = voxel_error_map(&frame, &voxels, exact, approximate, OFF, &segments(bvh));
@@ -86,10 +88,10 @@ pub fn failures(
 }
 
 /// Returns the masks of every pixel, in one batch.
-fn answers(frame: &Frame, light: u32, visibility: &mut dyn Visibility) -> Fragments {
+fn answers(frame: &Frame, light: u32, bvh: &Bvh, visibility: &mut dyn Visibility) -> Fragments {
     let mut fragments = Fragments::default();
     fragments.reset(frame.gbuffer.width, frame.gbuffer.height, light);
-    let mut culled = Requests::new(visibility);
+    let mut culled = Requests::new(visibility, bvh);
     PerPixel::default().refine(frame, light, &mut culled, &mut fragments);
     fragments
 }

@@ -136,13 +136,9 @@ impl Builder {
             material_ids: self.material_ids,
             materials: palette
                 .iter()
-                .map(|&albedo| Material {
-                    albedo: Vec3::from_array(albedo),
-                    texture: None,
-                    ..Material::default()
-                })
+                .map(|&albedo| Material { albedo: Vec3::from_array(albedo), ..Material::default() })
                 .collect(),
-            textures: Vec::new(),
+            ..Mesh::default()
         }
     }
 }

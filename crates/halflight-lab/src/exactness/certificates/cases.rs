@@ -76,9 +76,9 @@ impl Cases {
             uvs: vec![Vec2::ZERO; positions.len()],
             material_ids: vec![0; triangles.len()],
             materials: vec![Material::default()],
-            textures: Vec::new(),
             positions,
             triangles,
+            ..Mesh::default()
         };
         let mut batch = MaskBatch::default();
         batch.reset(0, pattern, Purpose::Final);
