@@ -7,6 +7,7 @@ use halflight_core::light::AreaLight;
 use halflight_core::scene::Camera;
 use toml::de::DeTable;
 
+use crate::alpha::AlphaChoice;
 use crate::animation::AnimationEntry;
 use crate::camera::read_view;
 use crate::error::SceneError;
@@ -32,6 +33,7 @@ pub(crate) struct MeshEntry {
     /// Replaces the mesh's own colours and textures.
     pub(crate) albedo: Option<Vec3>,
     pub(crate) smooth: Smooth,
+    pub(crate) alpha: AlphaChoice,
     /// Line of the table's header.
     pub(crate) line: usize,
 }
@@ -136,7 +138,8 @@ fn read_light(
 fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {
     // Generators validate their own parameters.
     if !section.has("generator") {
-        section.allow(&["file", "generator", "transform", "albedo", "smooth", "crease_deg"])?;
+        let keys = ["file", "generator", "transform", "albedo", "smooth", "crease_deg"];
+        section.allow(&[&keys[..], &AlphaChoice::KEYS].concat())?;
     }
     let line = section.line;
     let file = section.text("file")?;
@@ -154,6 +157,7 @@ fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {
     }
     let albedo = albedo.map(|albedo| albedo.value);
     let smooth = read_smooth(&mut section)?;
+    let alpha = AlphaChoice::read(&mut section, albedo.is_none() && generator.is_none())?;
     let origin = match (file, generator) {
         (Some(file), None) => Origin::File(file.value.into(), file.line),
         (None, Some(generator)) => {
@@ -168,7 +172,7 @@ fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {
             return Err(section.fault(line, message));
         }
     };
-    Ok(MeshEntry { origin, transform, albedo, smooth, line })
+    Ok(MeshEntry { origin, transform, albedo, smooth, alpha, line })
 }
 
 fn read_smooth(section: &mut Section<'_>) -> Result<Smooth, SceneError> {

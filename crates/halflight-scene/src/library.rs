@@ -24,6 +24,8 @@ pub(crate) struct Definition {
     pub(crate) kd: Option<Vec3>,
     /// Arguments of `map_Kd`.
     pub(crate) map: Option<Vec<u8>>,
+    /// Arguments of `map_d`.
+    pub(crate) alpha: Option<Vec<u8>>,
     pub(crate) illumination: Option<f64>,
     pub(crate) filters: bool,
 }
