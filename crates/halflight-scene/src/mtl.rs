@@ -68,7 +68,7 @@ pub(crate) fn surface(library: &Library, index: usize, context: &mut Context) ->
     if texture.is_some() && (albedo == Vec3::ZERO || material.kd.is_none()) {
         albedo = Vec3::ONE;
     }
-    (Material { albedo, texture, alpha_mask, ..Material::default() }, uv)
+    (Material { albedo, texture, alpha_mask }, uv)
 }
 
 /// Reader of statements. A faulty statement is skipped with a warning and affects no other line.
