@@ -25,7 +25,7 @@ use crate::bvh::Bvh;
 use crate::pool::Pool;
 use cells::{Cells, Emitter};
 use lobe::Lobe;
-use visible::Tracer;
+use visible::{Occluders, Tracer};
 
 /// Pixels that one task looks at.
 const TASK: usize = 256;
@@ -98,7 +98,8 @@ impl LobeLight<'_> {
             Some(visible) => (visible, 0),
             None => {
                 let count = self.frame.pattern.len().clamp(RAYS.0, RAYS.1);
-                scratch.tracer.visible(self.bvh, &emitter, &lobe, &scratch.cells, origin, count, key)
+                let occluders = Occluders { bvh: self.bvh, mesh: &self.frame.scene.mesh };
+                scratch.tracer.visible(occluders, &emitter, &lobe, &scratch.cells, origin, count, key)
             }
         };
         (unshadowed * visible, visible, rays)

@@ -7,6 +7,7 @@ use halflight_core::light::AreaLight;
 use halflight_core::scene::Camera;
 use toml::de::DeTable;
 
+use crate::alpha::AlphaChoice;
 use crate::animation::AnimationEntry;
 use crate::camera::read_view;
 use crate::error::SceneError;
@@ -35,6 +36,7 @@ pub(crate) struct MeshEntry {
     pub(crate) smooth: Smooth,
     pub(crate) specular: SpecularEntry,
     pub(crate) emissive: Emissive,
+    pub(crate) alpha: AlphaChoice,
     /// Line of the table's header.
     pub(crate) line: usize,
 }
@@ -152,7 +154,7 @@ fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {
     // Generators validate their own parameters.
     if !section.has("generator") {
         let known = ["file", "generator", "transform", "albedo", "smooth", "crease_deg", "emissive"];
-        section.allow(&[&known[..], &specular::KEYS].concat())?;
+        section.allow(&[&known[..], &specular::KEYS, &AlphaChoice::KEYS].concat())?;
     }
     let line = section.line;
     let file = section.text("file")?;
@@ -172,6 +174,7 @@ fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {
     let smooth = read_smooth(&mut section)?;
     let specular = SpecularEntry::read(&mut section)?;
     let emissive = read_emissive(&mut section, generator.is_some())?;
+    let alpha = AlphaChoice::read(&mut section, albedo.is_none() && generator.is_none())?;
     let origin = match (file, generator) {
         (Some(file), None) => Origin::File(file.value.into(), file.line),
         (None, Some(generator)) => {
@@ -186,7 +189,7 @@ fn read_mesh(mut section: Section<'_>) -> Result<MeshEntry, SceneError> {
             return Err(section.fault(line, message));
         }
     };
-    Ok(MeshEntry { origin, transform, albedo, smooth, specular, emissive, line })
+    Ok(MeshEntry { origin, transform, albedo, smooth, specular, emissive, alpha, line })
 }
 
 fn read_smooth(section: &mut Section<'_>) -> Result<Smooth, SceneError> {

@@ -33,6 +33,8 @@
 //! transform = { translate = [0, 0, 0], rotate_deg = [0, 90, 0], scale = 1 } # all optional; scale, x, y, z, move
 //! albedo = [0.7, 0.7, 0.7] # optional; replaces the mesh's own colours and textures
 //! ## emissive = "lights"   # optional, of OBJ files: flat faces with emission (Ke) become lights; or "ignore", the default, without a warning
+//! ## alpha = "map_d"        # optional, of a file without albedo: its alpha masks; "albedo": also the alpha of its textures; "none"
+//! ## alpha_cutoff = 0.5     # optional: alpha, 0 to 1, from which on texels are solid
 //! smooth = "auto"         # optional: smooth where the file or generator gives normals; "on": also where it gives none; "off"
 //! ## specular = "auto"    # optional: glossy where the material library gives Pr or Pm; "phong": also by Ks and Ns; "off"
 //! ## roughness = 0.3      # optional, 0 to 1: replaces that of all materials; its square is the α of GGX
@@ -68,15 +70,19 @@
 //! vertices only, or with `smooth = "on"`, missing ones are computed: the mean of the faces around a vertex, without those beyond an edge
 //! of more than `crease_deg` degrees (65; a key beside `smooth = "on"`). A mesh without any normals is flat with `"auto"`.
 //!
+//! Materials with an alpha mask ([`halflight_core::alpha`]) have holes. `map_d` names its image, whose alpha it is, or whose luminance where
+//! the alpha is 255 everywhere. With `alpha = "albedo"` a material without `map_d` takes the alpha of its `map_Kd` or, in PLY files, of its texture.
+//!
 //! | file | what is read |
 //! | --- | --- |
 //! | OBJ | `v`, `vt`, `vn`, `f`, `usemtl`, `mtllib`; coordinates in double precision until the transform has been applied |
-//! | MTL | `Kd`, `map_Kd` with `-s` and `-o`; `Pr`, `Pm`; `Ks`, `Ns` and `Ke` where the scene file asks |
+//! | MTL | `Kd`, `map_Kd` and `map_d` with `-s` and `-o`; `Pr`, `Pm`; `Ks`, `Ns` and `Ke` where the scene file asks |
 //! | PLY | ASCII and binary; `vertex` with positions, normals and texture coordinates, `face` and `tristrips`; colours of faces (whole numbers are sRGB, others linear); textures by comments `TextureFile` |
 //! | images | PNG, JPEG, TGA, BMP of at most 16384 × 16384 texels, kept in sRGB at four bytes a texel |
 //!
 //! Text is UTF-8, with or without a byte order mark, or UTF-16; lines end with LF, CR LF or CR.
 
+mod alpha;
 mod animation;
 mod bundled;
 mod camera;

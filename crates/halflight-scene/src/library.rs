@@ -30,6 +30,8 @@ pub(crate) struct Definition {
     /// Roughness and metallicity of the physically based extension.
     pub(crate) roughness: Option<f32>,
     pub(crate) metallic: Option<f32>,
+    /// Arguments of `map_d`.
+    pub(crate) alpha: Option<Vec<u8>>,
     pub(crate) illumination: Option<f64>,
     pub(crate) filters: bool,
     /// `Ke`, zero where it is missing.

@@ -70,6 +70,7 @@ pub(crate) fn load(text: &str, name: &str, folder: &Path) -> Result<Loaded, Scen
     }
     report.warnings = context.warnings;
     all.textures = context.textures.textures;
+    all.alpha_masks = context.alpha.masks;
     let fault = |source| SceneError::Mesh { file: name.to_string(), source };
     all.validate().map_err(fault)?;
     let (mut lights, light_textures, videos) = load_textures(file.lights, &file.textures, source, folder)?;
@@ -166,7 +167,11 @@ fn load_mesh(
             let key = (folder.join(&file), entry.specular.phong());
             let mut mesh = files.take(key, line, scene, context)?;
             let emission = std::mem::take(&mut mesh.emission);
-            (entry.transform.place(mesh), emission, file.display().to_string())
+            let mut mesh = entry.transform.place(mesh);
+            if entry.albedo.is_none() {
+                entry.alpha.apply(&mut mesh, context);
+            }
+            (mesh, emission, file.display().to_string())
         }
         Origin::Generator { name, line, parameters, lines } => {
             let mut mesh = generate(&name, parameters).map_err(|fault| {
@@ -182,8 +187,12 @@ fn load_mesh(
             let textures = &mut context.textures.textures;
             let first = textures.len() as u32;
             textures.append(&mut mesh.textures);
-            for texture in mesh.materials.iter_mut().filter_map(|material| material.texture.as_mut()) {
-                *texture += first;
+            let masks = &mut context.alpha.masks;
+            let first_mask = masks.len() as u32;
+            masks.append(&mut mesh.alpha_masks);
+            for material in &mut mesh.materials {
+                material.texture = material.texture.map(|texture| texture + first);
+                material.alpha_mask = material.alpha_mask.map(|mask| mask + first_mask);
             }
             entry.transform.apply(&mut mesh);
             (mesh, Vec::new(), name)

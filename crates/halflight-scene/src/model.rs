@@ -72,8 +72,9 @@ impl ModelMesh {
         }
         let mut material = self.material_of();
         let used = self.faces.iter().enumerate().any(|(number, corners)| {
-            let textured = self.materials[material(number) as usize].texture.is_some();
-            textured && corners.iter().any(|&vertex| !self.uvs[vertex as usize].is_finite())
+            let material = &self.materials[material(number) as usize];
+            (material.texture.is_some() || material.alpha_mask.is_some())
+                && corners.iter().any(|&vertex| !self.uvs[vertex as usize].is_finite())
         });
         drop(material);
         for uv in self.uvs.iter_mut().filter(|uv| !uv.is_finite()) {

@@ -13,6 +13,7 @@ use crate::context::Context;
 use crate::emission::Emission;
 use crate::library::{Definition, Library};
 use crate::text::{Statements, decode, first_number, first_word, keyword_and_rest, numbers, shown};
+use map::Keyword;
 pub(crate) use map::UvTransform;
 
 /// The albedo of a material whose `Kd` is missing; MTL names none.
@@ -45,13 +46,19 @@ pub(crate) fn library(path: &Path, context: &mut Context) -> Option<Rc<Library>>
     Some(library)
 }
 
-/// A library's material, and the transform of its texture coordinates.
+/// A library's material, and the transform of its texture coordinates. Its alpha mask is the index of an alpha image until
+/// [`AlphaChoice::apply`](crate::alpha::AlphaChoice::apply).
 pub(crate) fn surface(library: &Library, index: usize, context: &mut Context) -> (Material, UvTransform) {
     let material = &library.materials[index];
-    let (texture, uv) = match &material.map {
-        Some(arguments) => map::look_up(&library.path, arguments, context),
-        None => (None, UvTransform::default()),
-    };
+    let (texture, uv) = Keyword::Kd.look_up(&library.path, material.map.as_deref(), context);
+    let (alpha_mask, alpha_uv) = Keyword::Alpha.look_up(&library.path, material.alpha.as_deref(), context);
+    let uv = if texture.is_some() { uv } else { alpha_uv };
+    if alpha_mask.is_some() && uv != alpha_uv {
+        let (path, name) = (library.path.display(), shown(&material.name));
+        context.warn(format!(
+            "{path}: map_d is placed as map_Kd is, not by its own -s and -o, first in material `{name}`"
+        ));
+    }
     let kd = material.kd.unwrap_or(DEFAULT_KD);
     let mut albedo = kd.clamp(Vec3::ZERO, Vec3::ONE);
     if albedo != kd {
@@ -62,7 +69,7 @@ pub(crate) fn surface(library: &Library, index: usize, context: &mut Context) ->
     if texture.is_some() && (albedo == Vec3::ZERO || material.kd.is_none()) {
         albedo = Vec3::ONE;
     }
-    (Material { albedo, texture, specular: specular(material, context.phong), ..Material::default() }, uv)
+    (Material { albedo, texture, alpha_mask, specular: specular(material, context.phong) }, uv)
 }
 
 /// Specular reflection of a material: by its roughness and metallicity, `Pr` and `Pm`; where `phong` is wanted, otherwise by `Ks` and `Ns`.
@@ -148,7 +155,11 @@ impl Reader<'_> {
                 Some(_) => self.set(line, |material| material.map = Some(rest.to_vec())),
                 None => self.leave_out(line, "map_Kd without a file; expected: map_Kd FILE".to_string()),
             },
-            b"map_d" | b"map_tr" => self.warn("alpha masks (map_d) are not supported"),
+            b"map_d" => match map::parse(rest) {
+                Some(_) => self.set(line, |material| material.alpha = Some(rest.to_vec())),
+                None => self.leave_out(line, "map_d without a file; expected: map_d FILE".to_string()),
+            },
+            b"map_tr" => self.warn("map_Tr is not supported, only alpha masks by map_d"),
             b"bump" | b"map_bump" | b"norm" => self.warn("bump and normal maps are not supported"),
             b"ke" => match colour(rest).filter(|(ke, _)| ke.min_element() >= 0.0) {
                 Some((ke, _)) => {

@@ -48,12 +48,12 @@ pub(crate) fn load(folder: &Path, name: &[u8], found: Option<PathBuf>, context: 
     }
     let index = match read(&path) {
         Ok(texture) => {
+            let index = context.textures.textures.len() as u32;
             if texture.texels.iter().any(|texel| texel[3] != 255) {
-                let path = path.display();
-                context.warn(format!("texture {path} is transparent in places; it is taken as opaque"));
+                context.textures.transparent.insert(index, path.clone());
             }
             context.textures.textures.push(texture);
-            Some((context.textures.textures.len() - 1) as u32)
+            Some(index)
         }
         Err(fault) => {
             let path = path.display();
@@ -66,7 +66,7 @@ pub(crate) fn load(folder: &Path, name: &[u8], found: Option<PathBuf>, context: 
 }
 
 /// Decodes an image in the memory of its texels; one of 16 bits per channel temporarily needs twice that.
-fn read(path: &Path) -> Result<Texture, String> {
+pub(crate) fn read(path: &Path) -> Result<Texture, String> {
     let fault = |fault: image::ImageError| fault.to_string();
     let mut reader = ImageReader::open(path)
         .and_then(ImageReader::with_guessed_format)

@@ -86,6 +86,13 @@ const BAD: &[(&str, &str)] = &[
     ("albedo = [0.5, 0.5, 0.5]", "smooth = \"yes\""),
     ("albedo = [0.5, 0.5, 0.5]", "smooth = \"on\"\ncrease_deg = 200"),
     ("albedo = [0.5, 0.5, 0.5]", "crease_deg = 30"),
+    ("albedo = [0.5, 0.5, 0.5]", "alpha = \"map_Kd\""),
+    ("albedo = [0.5, 0.5, 0.5]", "alpha = 1"),
+    ("albedo = [0.5, 0.5, 0.5]", "alpha_cutoff = 1.5"),
+    ("albedo = [0.5, 0.5, 0.5]", "alpha_cutoff = -0.1"),
+    ("albedo = [0.5, 0.5, 0.5]", "alpha = \"none\"\nalpha_cutoff = 0.5"),
+    ("albedo = [0.5, 0.5, 0.5]", "albedo = [0.5, 0.5, 0.5]\nalpha = \"none\""),
+    ("file = \"good.obj\"", "generator = \"contact\"\nalpha_cutoff = 0.5"),
 ];
 
 /// Appended to the valid file.

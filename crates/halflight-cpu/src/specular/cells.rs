@@ -11,6 +11,7 @@ use halflight_core::light::{AreaLight, Extent, LightFrame, Shape};
 use halflight_core::light_texture::PlacedTexture;
 
 use super::lobe::{Lobe, Shares};
+use crate::multiversion::multiversion;
 
 /// Corners of the polygon that stands for an ellipse.
 const ELLIPSE: usize = 32;
@@ -235,17 +236,34 @@ fn is_large([a, b, c]: [Vec3; 3], longest: f32, lobe: &Lobe) -> bool {
     longest > BY_ANGLE * distance * (angle.max(0.0) + lobe.width)
 }
 
+multiversion! {
+    /// Writes what the lobe reflects around the points of the rule in the triangle with a corner `a` and edges from it, and Schlick's weights.
+    fn reflected_at_points(
+        rule: &[[f32; POINTS]; 3],
+        emitter: &Emitter,
+        lobe: &Lobe,
+        a: Vec3,
+        edges: [Vec3; 2],
+        area: f32,
+        values: &mut [f32; POINTS],
+        weights: &mut [f32; POINTS],
+    ) {
+        for point in 0..POINTS {
+            let to = a + edges[0] * rule[0][point] + edges[1] * rule[1][point];
+            let (value, grazing) = emitter.reflected(lobe, to);
+            (values[point], weights[point]) = (value * rule[2][point] * area, grazing);
+        }
+    }
+}
+
 /// What the lobe reflects of a triangle of the light.
 fn evaluate(emitter: &Emitter, lobe: &Lobe, [a, b, c]: [Vec2; 3]) -> (Shares<Vec3>, f32) {
     let (ab, ac) = (b - a, c - a);
     let area = 0.5 * ab.perp_dot(ac).abs();
     let rule = &*RULE;
+    let edges = [ab, ac].map(|edge| emitter.u * edge.x + emitter.v * edge.y);
     let (mut values, mut weights) = ([0.0f32; POINTS], [0.0f32; POINTS]);
-    for point in 0..POINTS {
-        let uv = a + ab * rule[0][point] + ac * rule[1][point];
-        let (value, grazing) = emitter.reflected(lobe, emitter.point(uv));
-        (values[point], weights[point]) = (value * rule[2][point] * area, grazing);
-    }
+    reflected_at_points(rule, emitter, lobe, emitter.point(a), edges, area, &mut values, &mut weights);
     let mut shares = Shares::<Vec3>::default();
     let mut share = 0.0;
     if emitter.texture.is_none() {

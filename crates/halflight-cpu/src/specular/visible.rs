@@ -2,10 +2,11 @@
 
 use glam::{Vec2, Vec3};
 use halflight_core::hash;
+use halflight_core::scene::Mesh;
 
 use super::cells::{Cells, Emitter};
 use super::lobe::Lobe;
-use crate::bvh::{Bvh, Packet, RAYS, Stacks};
+use crate::bvh::{Bvh, Packet, RAYS, STACK, Stacks};
 use crate::simd::{Isa, Kernel, Simd};
 
 /// Part of the rays that is traced first. Where they agree, the others are not traced.
@@ -34,9 +35,16 @@ impl Default for Tracer {
     }
 }
 
+/// What hides light: a BVH, and the mesh that it is over.
+#[derive(Clone, Copy)]
+pub(super) struct Occluders<'a> {
+    pub(super) bvh: &'a Bvh,
+    pub(super) mesh: &'a Mesh,
+}
+
 /// Shadow rays from one receiver to points of the light.
 struct Trace<'a> {
-    bvh: &'a Bvh,
+    occluders: Occluders<'a>,
     packet: &'a mut Packet,
     stacks: &'a mut Stacks,
     origin: Vec3,
@@ -48,8 +56,20 @@ impl Kernel for Trace<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> u64 {
-        self.packet.set_ends::<S>(self.origin, self.count);
-        self.bvh.occluded::<S>(self.packet, self.stacks)
+        let Self { occluders: Occluders { bvh, mesh }, packet, stacks, origin, count } = self;
+        packet.set_ends::<S>(origin, count);
+        let mut hidden = bvh.occluded::<S>(packet, stacks);
+        if let Some(masked) = bvh.masked() {
+            let mut stack = [0; STACK];
+            for ray in 0..count {
+                if hidden >> ray & 1 != 0 {
+                    continue;
+                }
+                let solid = masked.occludes_solidly::<S>(mesh, origin, packet.end(ray), &mut stack);
+                hidden |= u64::from(solid) << ray;
+            }
+        }
+        hidden
     }
 }
 
@@ -58,7 +78,7 @@ impl Tracer {
     #[expect(clippy::too_many_arguments, reason = "all differ from lobe to lobe")]
     pub(super) fn visible(
         &mut self,
-        bvh: &Bvh,
+        occluders: Occluders,
         emitter: &Emitter,
         lobe: &Lobe,
         cells: &Cells,
@@ -72,10 +92,10 @@ impl Tracer {
         // Every fourth point first: these are spread over the lobe as well.
         let first = points.len().div_ceil(FIRST);
         let order: Vec<usize> = (0..FIRST).flat_map(|start| (start..points.len()).step_by(FIRST)).collect();
-        let mut rays = self.trace(bvh, origin, order[..first].iter().map(|&at| points[at]));
+        let mut rays = self.trace(occluders, origin, order[..first].iter().map(|&at| points[at]));
         let [seen, all] = self.sums;
         if seen != Vec3::ZERO && seen != all {
-            rays += self.trace(bvh, origin, order[first..].iter().map(|&at| points[at]));
+            rays += self.trace(occluders, origin, order[first..].iter().map(|&at| points[at]));
         }
         points.clear();
         self.points = points;
@@ -86,7 +106,7 @@ impl Tracer {
     }
 
     /// Traces rays, packet by packet, and adds them to the sums. Returns their number.
-    fn trace(&mut self, bvh: &Bvh, origin: Vec3, points: impl Iterator<Item = Point>) -> u64 {
+    fn trace(&mut self, occluders: Occluders, origin: Vec3, points: impl Iterator<Item = Point>) -> u64 {
         let (mut weights, mut count, mut rays) = ([Vec3::ZERO; RAYS], 0, 0);
         let mut points = points.peekable();
         while let Some(point) = points.next() {
@@ -97,7 +117,7 @@ impl Tracer {
             count += 1;
             if count == RAYS || points.peek().is_none() {
                 let Self { packet, stacks, .. } = self;
-                let hidden = Isa::best().run(Trace { bvh, packet, stacks, origin, count });
+                let hidden = Isa::best().run(Trace { occluders, packet, stacks, origin, count });
                 for (ray, &weight) in weights[..count].iter().enumerate() {
                     self.sums[1] += weight;
                     if hidden >> ray & 1 == 0 {

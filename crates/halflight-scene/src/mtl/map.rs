@@ -1,4 +1,4 @@
-//! Arguments of `map_Kd`: options, which begin with a dash, and a file.
+//! Arguments of `map_Kd` and `map_d`: options, which begin with a dash, and a file.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use glam::Vec2;
 
 use crate::context::Context;
 use crate::text::{first_number, first_word, trim};
-use crate::texture;
+use crate::{alpha, texture};
 
 /// Transform of texture coordinates: scale, then offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,25 +126,41 @@ impl<'a> Map<'a> {
     }
 }
 
-/// Texture that the `map_Kd` of a library names, and the transform of texture coordinates; `None`, with a
-/// warning, if it is missing or cannot be decoded.
-pub(super) fn look_up(library: &Path, arguments: &[u8], context: &mut Context) -> (Option<u32>, UvTransform) {
-    let Some(map) = parse(arguments) else { return (None, UvTransform::default()) };
-    let folder = library.parent().unwrap_or(Path::new(""));
-    let mut find = |map: &Map<'_>| texture::find(folder, map.name, context);
-    let (found, map) = match find(&map) {
-        Some(found) => (Some(found), map),
-        None => match map.with_trailing_options() {
-            Some(trailing) => (find(&trailing), trailing),
-            None => (None, map),
-        },
-    };
-    let Some(texture) = texture::load(folder, map.name, found, context) else {
-        return (None, UvTransform::default());
-    };
-    for option in &map.ignored {
-        let (library, option) = (library.display(), String::from_utf8_lossy(option));
-        context.warn(format!("{library}: option {option} of map_Kd is not supported"));
+/// Statement that names an image.
+#[derive(Clone, Copy)]
+pub(super) enum Keyword {
+    Kd,
+    Alpha,
+}
+
+impl Keyword {
+    /// Texture or alpha image that a library names, and the transform of texture coordinates; `None`, with a warning, if it is
+    /// missing or cannot be decoded.
+    pub(super) fn look_up(
+        self,
+        library: &Path,
+        arguments: Option<&[u8]>,
+        context: &mut Context,
+    ) -> (Option<u32>, UvTransform) {
+        let Some(map) = arguments.and_then(parse) else { return (None, UvTransform::default()) };
+        let folder = library.parent().unwrap_or(Path::new(""));
+        let mut find = |map: &Map<'_>| texture::find(folder, map.name, context);
+        let (found, map) = match find(&map) {
+            Some(found) => (Some(found), map),
+            None => match map.with_trailing_options() {
+                Some(trailing) => (find(&trailing), trailing),
+                None => (None, map),
+            },
+        };
+        let (name, image) = match self {
+            Self::Kd => ("map_Kd", texture::load(folder, map.name, found, context)),
+            Self::Alpha => ("map_d", alpha::load(folder, map.name, found, context)),
+        };
+        let Some(image) = image else { return (None, UvTransform::default()) };
+        for option in &map.ignored {
+            let (library, option) = (library.display(), String::from_utf8_lossy(option));
+            context.warn(format!("{library}: option {option} of {name} is not supported"));
+        }
+        (Some(image), map.uv)
     }
-    (Some(texture), map.uv)
 }
