@@ -4,6 +4,7 @@
 
 mod emissive_faces;
 mod flush_lights;
+mod glossy;
 mod half_plane;
 mod light_shapes;
 mod open_floor;

@@ -347,12 +347,12 @@ impl State {
                 totals,
             );
             stats.stages_ms.compose += lap(&mut clock);
-            let lobes = LobeLight { bvh, frame: &frame, number };
-            if !image.specular.is_empty() {
+            let lobes = (!image.specular.is_empty()).then(|| LobeLight::new(bvh, &frame, number));
+            if let Some(lobes) = &lobes {
                 let (values, fractions) = (&buffers.values, builder.shading == Shading::Ratio);
                 let out = &mut image.specular;
                 stats.rays.specular +=
-                    buffers.specular.add_light(&lobes, &buffers.fragments, values, fractions, out);
+                    buffers.specular.add_light(lobes, &buffers.fragments, values, fractions, out);
                 stats.stages_ms.specular += lap(&mut clock);
             }
             if let Some(antialias) = &mut antialias {
@@ -371,8 +371,8 @@ impl State {
                     &mut requests,
                 );
                 stats.rays += requests.rays;
-                if !image.specular.is_empty() {
-                    stats.rays.specular += antialias.add_specular(&lobes, &buffers.specular);
+                if let Some(lobes) = &lobes {
+                    stats.rays.specular += antialias.add_specular(lobes, &buffers.specular);
                 }
                 if let Some(refusal) = requests.refusal {
                     return Err(refusal.into());

@@ -23,7 +23,7 @@ use rayon::prelude::*;
 
 use crate::bvh::Bvh;
 use crate::pool::Pool;
-use cells::{Cells, Emitter};
+use cells::{Cells, Emitter, Outline};
 use lobe::Lobe;
 use visible::{Occluders, Tracer};
 
@@ -61,14 +61,19 @@ pub(crate) struct Specular {
 }
 
 /// One light of a frame and what hides it.
-#[derive(Clone, Copy)]
 pub(crate) struct LobeLight<'a> {
-    pub(crate) bvh: &'a Bvh,
-    pub(crate) frame: &'a Frame<'a>,
-    pub(crate) number: u32,
+    bvh: &'a Bvh,
+    frame: &'a Frame<'a>,
+    number: u32,
+    outline: Outline,
 }
 
-impl LobeLight<'_> {
+impl<'a> LobeLight<'a> {
+    /// A light of a frame. `bvh` is the one over its mesh.
+    pub(crate) fn new(bvh: &'a Bvh, frame: &'a Frame<'a>, number: u32) -> Self {
+        Self { bvh, frame, number, outline: Outline::new(frame.light(number)) }
+    }
+
     /// Specular radiance of an entry of a G-buffer, W/m²/sr, and the visible fraction of what its lobe reflects, which is traced unless it is
     /// known. Returns also the number of rays.
     fn reflected(
@@ -86,7 +91,9 @@ impl LobeLight<'_> {
         if surface.is_matte() || known == Some(Vec3::ZERO) {
             return nothing;
         }
-        let Some(emitter) = Emitter::new(light, texture.as_ref(), origin) else { return nothing };
+        let Some(emitter) = Emitter::new(light, &self.outline, texture.as_ref(), origin) else {
+            return nothing;
+        };
         let view = (self.frame.scene.camera.eye - origin).normalize_or_zero();
         let lobe = Lobe::new(gbuffer.shading_normals()[entry], view, &surface);
         let shares = scratch.cells.part(&emitter, &lobe);

@@ -69,18 +69,25 @@ pub(crate) fn surface(library: &Library, index: usize, context: &mut Context) ->
     if texture.is_some() && (albedo == Vec3::ZERO || material.kd.is_none()) {
         albedo = Vec3::ONE;
     }
-    (Material { albedo, texture, alpha_mask, specular: specular(material, context.phong) }, uv)
+    (Material { albedo, texture, alpha_mask, specular: specular(material, &library.path, context) }, uv)
 }
 
-/// Specular reflection of a material: by its roughness and metallicity, `Pr` and `Pm`; where `phong` is wanted, otherwise by `Ks` and `Ns`.
-fn specular(material: &Definition, phong: bool) -> Option<Specular> {
-    let unit = |value: f32| value.clamp(0.0, 1.0);
+/// Specular reflection of a material: by its roughness and metallicity, `Pr` and `Pm`; otherwise, where they are wanted, by `Ks` and `Ns`.
+fn specular(material: &Definition, path: &Path, context: &mut Context) -> Option<Specular> {
+    let (phong, path) = (context.phong, path.display());
+    let mut unit = |value: f32| {
+        if !(0.0..=1.0).contains(&value) {
+            let name = shown(&material.name);
+            context.warn(format!("{path}: Pr or Pm outside 0 to 1 is clamped, first in material `{name}`"));
+        }
+        value.clamp(0.0, 1.0)
+    };
     let ks = material.ks.unwrap_or(Vec3::ZERO).clamp(Vec3::ZERO, Vec3::ONE);
     if material.roughness.is_some() || material.metallic.is_some() {
         let given = Specular::default();
         return Some(Specular {
-            roughness: material.roughness.map_or(given.roughness, unit),
-            metallic: material.metallic.map_or(0.0, unit),
+            roughness: material.roughness.map_or(given.roughness, &mut unit),
+            metallic: material.metallic.map_or(0.0, &mut unit),
             reflectance: if ks == Vec3::ZERO { given.reflectance } else { ks },
         });
     }
@@ -197,31 +204,21 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads a statement of specular reflection.
+    /// Reads a statement of specular reflection. Faults of `Ks` and `Ns` matter only where these are wanted.
     fn specular(&mut self, line: usize, keyword: &[u8], rest: &[u8]) {
-        let number = || first_number(rest).and_then(|(value, _)| value).map(|value| value as f32);
-        let number = || number().filter(|value| value.is_finite());
-        match keyword {
-            b"ks" => match colour(rest) {
-                Some((ks, _)) => self.set(line, |material| material.ks = Some(ks)),
-                None => {
-                    self.leave_out(
-                        line,
-                        format!("`Ks {}`, expected one or three finite numbers", shown(rest)),
-                    );
-                }
-            },
-            _ => match number() {
-                Some(value) => self.set(line, |material| match keyword {
-                    b"ns" => material.ns = Some(value),
-                    b"pr" => material.roughness = Some(value),
-                    _ => material.metallic = Some(value),
-                }),
-                None => {
-                    let (keyword, rest) = (shown(keyword), shown(rest));
-                    self.leave_out(line, format!("`{keyword} {rest}`, expected a finite number"));
-                }
-            },
+        let number = first_number(rest).and_then(|(value, _)| value).map(|value| value as f32);
+        let number = number.filter(|value| value.is_finite());
+        match (keyword, colour(rest), number) {
+            (b"ks", Some((ks, _)), _) => self.set(line, |material| material.ks = Some(ks)),
+            (b"ns", _, Some(value)) => self.set(line, |material| material.ns = Some(value)),
+            (b"pr", _, Some(value)) => self.set(line, |material| material.roughness = Some(value)),
+            (b"pm", _, Some(value)) => self.set(line, |material| material.metallic = Some(value)),
+            (b"ks" | b"ns", ..) if !self.context.phong => {}
+            _ => {
+                let expected =
+                    if keyword == b"ks" { "one or three finite numbers" } else { "a finite number" };
+                self.leave_out(line, format!("`{} {}`, expected {expected}", shown(keyword), shown(rest)));
+            }
         }
     }
 

@@ -13,8 +13,11 @@ use halflight_core::light_texture::PlacedTexture;
 use super::lobe::{Lobe, Shares};
 use crate::multiversion::multiversion;
 
-/// Corners of the polygon that stands for an ellipse.
-const ELLIPSE: usize = 32;
+/// Corners of the polygons that stand for an ellipse: for wide lobes, and for narrow ones, which show its edge.
+const ELLIPSE: (usize, usize) = (12, 32);
+
+/// Width of a narrow lobe in angles that the light subtends.
+const NARROW: f32 = 0.25;
 
 /// Longest side of a triangle in distances from the receiver.
 const BY_DISTANCE: f32 = 1.2;
@@ -71,16 +74,22 @@ pub(super) struct Cell {
 pub(super) struct Cells {
     pub(super) all: Vec<Cell>,
     waiting: Vec<([Vec2; 3], u8)>,
-    polygon: Vec<Vec2>,
     clipped: Vec<Vec2>,
     /// Sum of the shares of all cells.
     pub(super) share: f32,
+}
+
+/// Corners of a light in the coordinates of its frame.
+pub(super) struct Outline {
+    fine: Vec<Vec2>,
+    coarse: Vec<Vec2>,
 }
 
 /// A light as a receiver sees it.
 #[derive(Clone, Copy)]
 pub(super) struct Emitter<'a> {
     pub(super) light: &'a AreaLight,
+    outline: &'a Outline,
     pub(super) texture: Option<&'a PlacedTexture<'a>>,
     /// Corner of the frame from the receiver, and edges.
     corner: Vec3,
@@ -94,6 +103,7 @@ impl<'a> Emitter<'a> {
     /// The light seen from `origin`; none where it emits nothing towards it.
     pub(super) fn new(
         light: &'a AreaLight,
+        outline: &'a Outline,
         texture: Option<&'a PlacedTexture<'a>>,
         origin: Vec3,
     ) -> Option<Self> {
@@ -103,7 +113,7 @@ impl<'a> Emitter<'a> {
         let LightFrame { origin: corner, u, v } = light.frame();
         let area = light.vector_area();
         let facing = if light.side(origin) < 0.0 { -area } else { area };
-        Some(Self { light, texture, corner: corner - origin, u, v, facing })
+        Some(Self { light, outline, texture, corner: corner - origin, u, v, facing })
     }
 
     /// Point of the light from the receiver.
@@ -134,34 +144,42 @@ impl<'a> Emitter<'a> {
             ((uv - half).clamp(Vec2::ZERO, Vec2::ONE), (uv + half).clamp(Vec2::ZERO, Vec2::ONE));
         texture.mean_over(low, high).truncate()
     }
+}
 
-    /// Writes the corners of the light in the coordinates of its frame.
-    fn outline(&self, out: &mut Vec<Vec2>) {
-        out.clear();
-        match self.light.extent() {
-            Extent::Whole => out.extend([Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y]),
-            Extent::Ellipse => {
-                let step = std::f32::consts::TAU / ELLIPSE as f32;
-                // Of equal area: the polygon of radius r has the area ½ N r² sin(2π/N).
-                let radius = 0.5 * (step / step.sin()).sqrt();
-                let corner = |index: usize| Vec2::from_angle(index as f32 * step) * radius + 0.5;
-                out.extend((0..ELLIPSE).map(corner));
-            }
+impl Outline {
+    /// Outline of a light.
+    pub(super) fn new(light: &AreaLight) -> Self {
+        let square = || vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
+        match light.extent() {
+            Extent::Whole => Self { fine: square(), coarse: square() },
+            Extent::Ellipse => Self { fine: circle(ELLIPSE.1), coarse: circle(ELLIPSE.0) },
             Extent::Polygon(_) => {
-                if let Shape::Polygon(polygon) = &self.light.shape {
-                    let place = |corner: &Vec3| self.place(*corner - polygon.frame().origin);
-                    out.extend(polygon.corners().iter().map(place));
-                }
+                let LightFrame { origin, u, v } = light.frame();
+                let corners = match &light.shape {
+                    Shape::Polygon(polygon) => {
+                        polygon.corners().iter().map(|&corner| place(corner - origin, u, v)).collect()
+                    }
+                    Shape::Parallelogram(_) | Shape::Ellipse(_) => square(),
+                };
+                Self { fine: Vec::clone(&corners), coarse: corners }
             }
         }
     }
+}
 
-    /// Coordinates in the frame of a point of its plane, given from the frame's corner.
-    fn place(&self, at: Vec3) -> Vec2 {
-        let (uu, uv, vv) = (self.u.length_squared(), self.u.dot(self.v), self.v.length_squared());
-        let (au, av) = (at.dot(self.u), at.dot(self.v));
-        Vec2::new(au * vv - av * uv, av * uu - au * uv) / (uu * vv - uv * uv)
-    }
+/// Polygon of the area of the circle that touches the sides of the unit square.
+fn circle(corners: usize) -> Vec<Vec2> {
+    let step = std::f32::consts::TAU / corners as f32;
+    // With corners at distance r its area is ½ N r² sin(2π/N).
+    let radius = 0.5 * (step / step.sin()).sqrt();
+    (0..corners).map(|index| Vec2::from_angle(index as f32 * step) * radius + 0.5).collect()
+}
+
+/// Coordinates by the edges `u` and `v` of a point of their plane.
+fn place(at: Vec3, u: Vec3, v: Vec3) -> Vec2 {
+    let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());
+    let (au, av) = (at.dot(u), at.dot(v));
+    Vec2::new(au * vv - av * uv, av * uu - au * uv) / (uu * vv - uv * uv)
 }
 
 impl Cells {
@@ -170,15 +188,16 @@ impl Cells {
         self.all.clear();
         self.share = 0.0;
         let mut sum = Shares::default();
-        emitter.outline(&mut self.polygon);
-        self.clip(emitter, lobe.normal);
+        self.clip(emitter, lobe);
         self.waiting.clear();
         for index in (2..self.clipped.len()).rev() {
             self.waiting.push(([self.clipped[0], self.clipped[index - 1], self.clipped[index]], 0));
         }
         while let Some((corners, halvings)) = self.waiting.pop() {
-            let points = corners.map(|corner| emitter.point(corner));
-            let lengths = [0, 1, 2].map(|side| points[side].distance_squared(points[(side + 1) % 3]));
+            let [a, b, c] = corners;
+            let points = [emitter.point(a), emitter.point(b), emitter.point(c)];
+            let [p, q, r] = points;
+            let lengths = [p.distance_squared(q), q.distance_squared(r), r.distance_squared(p)];
             let longest = if lengths[0] >= lengths[1] && lengths[0] >= lengths[2] {
                 0
             } else if lengths[1] >= lengths[2] {
@@ -188,7 +207,7 @@ impl Cells {
             };
             let more = halvings < MOST_HALVINGS && self.all.len() + self.waiting.len() < MOST_CELLS;
             if more && is_large(points, lengths[longest].sqrt(), lobe) {
-                let [a, b, c] = [0, 1, 2].map(|corner| corners[(longest + corner) % 3]);
+                let [a, b, c] = [corners[longest], corners[(longest + 1) % 3], corners[(longest + 2) % 3]];
                 let middle = (a + b) * 0.5;
                 self.waiting.push(([a, middle, c], halvings + 1));
                 self.waiting.push(([middle, b, c], halvings + 1));
@@ -205,11 +224,19 @@ impl Cells {
         sum
     }
 
-    /// Takes away what lies below the horizon, in the coordinates of the frame (Sutherland and Hodgman 1974).
-    fn clip(&mut self, emitter: &Emitter, normal: Vec3) {
-        let Self { polygon, clipped, .. } = self;
+    /// Takes the outline, without what lies below the horizon, in the coordinates of the frame (Sutherland and Hodgman 1974).
+    fn clip(&mut self, emitter: &Emitter, lobe: &Lobe) {
+        let Emitter { outline: Outline { fine, coarse }, corner, u, v, .. } = emitter;
+        let wide = (*corner + (*u + *v) * 0.5).length() * lobe.width > NARROW * (u.length() + v.length());
+        let polygon = if wide { coarse } else { fine };
+        let clipped = &mut self.clipped;
         clipped.clear();
-        let height = |uv: Vec2| emitter.point(uv).dot(normal);
+        let height = |uv: Vec2| emitter.point(uv).dot(lobe.normal);
+        // The outline lies in the frame, but for the corners of a circle, by a hundredth.
+        if [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].iter().all(|&uv| height(uv * 1.02 - 0.01) > 0.0) {
+            clipped.extend_from_slice(polygon);
+            return;
+        }
         for (index, &corner) in polygon.iter().enumerate() {
             let next = polygon[(index + 1) % polygon.len()];
             let (here, there) = (height(corner), height(next));
@@ -261,7 +288,7 @@ fn evaluate(emitter: &Emitter, lobe: &Lobe, [a, b, c]: [Vec2; 3]) -> (Shares<Vec
     let (ab, ac) = (b - a, c - a);
     let area = 0.5 * ab.perp_dot(ac).abs();
     let rule = &*RULE;
-    let edges = [ab, ac].map(|edge| emitter.u * edge.x + emitter.v * edge.y);
+    let edges = [emitter.u * ab.x + emitter.v * ab.y, emitter.u * ac.x + emitter.v * ac.y];
     let (mut values, mut weights) = ([0.0f32; POINTS], [0.0f32; POINTS]);
     reflected_at_points(rule, emitter, lobe, emitter.point(a), edges, area, &mut values, &mut weights);
     let mut shares = Shares::<Vec3>::default();

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use halflight_core::light::{AreaLight, LightFrame};
 use halflight_core::specular::SurfaceSpecular;
 
-use super::cells::{Cells, Emitter};
+use super::cells::{Cells, Emitter, Outline};
 use super::lobe::Lobe;
 
 /// What GGX reflects of a light of unit radiance, without Fresnel term and with Schlick's weight: the midpoint rule over `side` · `side`
@@ -48,7 +48,8 @@ fn quadrature(light: &AreaLight, normal: Vec3, view: Vec3, roughness: f32, side:
 fn of_cells(light: &AreaLight, normal: Vec3, view: Vec3, roughness: f32) -> ([f64; 2], usize) {
     let surface = SurfaceSpecular { f0: Vec3::ONE, roughness };
     let lobe = Lobe::new(normal, view, &surface);
-    let emitter = Emitter::new(light, None, Vec3::ZERO).unwrap();
+    let outline = Outline::new(light);
+    let emitter = Emitter::new(light, &outline, None, Vec3::ZERO).unwrap();
     let mut cells = Cells::default();
     let shares = cells.part(&emitter, &lobe);
     ([f64::from(shares.normal.x), f64::from(shares.grazing.x)], cells.all.len())

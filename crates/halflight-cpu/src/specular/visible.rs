@@ -90,12 +90,11 @@ impl Tracer {
         self.sums = [Vec3::ZERO; 2];
         let mut points = std::mem::take(&mut self.points);
         // Every fourth point first: these are spread over the lobe as well.
-        let first = points.len().div_ceil(FIRST);
-        let order: Vec<usize> = (0..FIRST).flat_map(|start| (start..points.len()).step_by(FIRST)).collect();
-        let mut rays = self.trace(occluders, origin, order[..first].iter().map(|&at| points[at]));
+        let mut rays = self.trace(occluders, origin, points.iter().step_by(FIRST));
         let [seen, all] = self.sums;
         if seen != Vec3::ZERO && seen != all {
-            rays += self.trace(occluders, origin, order[first..].iter().map(|&at| points[at]));
+            let others = points.iter().enumerate().filter(|(at, _)| at % FIRST != 0);
+            rays += self.trace(occluders, origin, others.map(|(_, point)| point));
         }
         points.clear();
         self.points = points;
@@ -106,7 +105,12 @@ impl Tracer {
     }
 
     /// Traces rays, packet by packet, and adds them to the sums. Returns their number.
-    fn trace(&mut self, occluders: Occluders, origin: Vec3, points: impl Iterator<Item = Point>) -> u64 {
+    fn trace<'a>(
+        &mut self,
+        occluders: Occluders,
+        origin: Vec3,
+        points: impl Iterator<Item = &'a Point>,
+    ) -> u64 {
         let (mut weights, mut count, mut rays) = ([Vec3::ZERO; RAYS], 0, 0);
         let mut points = points.peekable();
         while let Some(point) = points.next() {
