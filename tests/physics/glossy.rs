@@ -142,9 +142,9 @@ fn shadowed_highlights_are_those_of_brute_force() {
     for specular in [dielectric(0.2), metal, dielectric(0.8)] {
         let stage = stage(specular, vec![screen()], vec![]);
         for refiner in refiners() {
-            let error = error(&stage, &specular, refiner, 256, 48);
+            let error = error(&stage, &specular, refiner, 256, 96);
             // 256 points of a lobe's own are wrong by a few hundredths of what they see where the blocker covers half of it, which a tenth of the
-            // pixels do; the rule of 48 × 48 points is wrong by less than a hundredth in the narrowest of these lobes.
+            // pixels do; the rule of 96 × 96 points is wrong by less than a hundredth in the narrowest of these lobes.
             assert!(error < 1e-3, "{specular:?} {refiner:?} {error:e}");
         }
         // The comparison rejects another roughness.

@@ -29,7 +29,7 @@ const FINE: usize = 16;
 /// Hits, and the order of two hits, are decided in exact arithmetic for the ray from the eye
 /// along the pixel's direction in single precision. Shared edges are watertight. Of surfaces that a ray meets in the same
 /// point (coplanar ones, or ones that touch there) the triangle with the lowest index is seen. Triangles seen edge-on are
-/// not. Ray parameters are distances along the view direction, so they are the depths; they and the positions are rounded
+/// not, nor are holes of alpha-masked ones. Ray parameters are distances along the view direction, so they are the depths; they and the positions are rounded
 /// once, from double precision.
 pub fn trace(bvh: &Bvh, scene: &Scene, width: u32, height: u32, out: &mut GBuffer) {
     trace_with(Isa::best(), bvh, scene, width, height, out);

@@ -16,6 +16,7 @@ const BUNDLED: &[(&str, &str)] = scenes![
     "toys",
     "coaster",
     "church",
+    "garden",
     "soup",
     "open-floor",
     "half-plane",

@@ -122,8 +122,8 @@
 
 pub use halflight_core::glam;
 pub use halflight_core::{
-    camera, certificate, fragment, frame, gbuffer, hash, light, light_texture, mask, pattern, pyramid, scene,
-    stages, stats, subpixel, values,
+    alpha, camera, certificate, fragment, frame, gbuffer, hash, light, light_texture, mask, pattern, pyramid,
+    scene, stages, stats, subpixel, values,
 };
 pub use halflight_cpu as cpu;
 pub use halflight_cpu::{

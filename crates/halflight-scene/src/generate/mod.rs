@@ -15,6 +15,7 @@
 //! | `coaster` | roller-coaster of rails, sleepers and struts, 56 m long | `triangles` 1096000, from 100 k to 3 M |
 //! | `church` | village church from outside with graves and a fence, 240 k triangles | `detail` 1: tiles and divisions along a line |
 //! | `furnished` | a small furnished scene, up to 40 k triangles on a floor | `kind` "objects": or `table`, `bookcase`, `chairs`, `stairs`, `plants`, `corner`, `wires`, `conference`; `walls` 0: 1 to 4 of the back, the sides and a ceiling; `seed` 1 |
+//! | `garden` | shrubs of alpha-masked leaves before a wall, 3 k triangles, 4 m wide | `leaves` 1200: of all shrubs; `seed` 1 |
 //! | `open-floor` | a square floor | `size` 20: metres across; `cells` 8: quads across |
 //! | `half-plane` | the floor, and a sheet above x < 0 | floor's; `height` 2; `extent` 100 |
 //! | `contact` | the floor, and a box on it | floor's; `width` 1; `height` 1; `depth` 1 |
@@ -29,6 +30,7 @@ mod coaster;
 mod columns;
 mod furnished;
 mod furniture;
+mod garden;
 mod hairball;
 mod nave;
 mod parameters;
@@ -87,12 +89,13 @@ pub enum GenerateError {
 
 type Generator = fn(&mut Parameters) -> Result<Mesh, GenerateError>;
 
-const NAMES: [&str; 14] = [
+const NAMES: [&str; 15] = [
     "atrium",
     "church",
     "coaster",
     "contact",
     "furnished",
+    "garden",
     "hairball",
     "half-plane",
     "nave",
@@ -111,6 +114,7 @@ const GENERATORS: [Generator; NAMES.len()] = [
     coaster::coaster,
     plain::contact,
     furnished::furnished,
+    garden::garden,
     hairball::hairball,
     plain::half_plane,
     nave::nave,

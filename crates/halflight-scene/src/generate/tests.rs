@@ -123,6 +123,8 @@ fn every_mesh_is_valid_and_the_same_each_time() {
         ("soup", "triangles = 300000\nseed = 2"),
         ("railing", "bars = 2\nlength = 0.5\nthickness = 0.2"),
         ("contact", "width = 0.001\nheight = 100"),
+        ("garden", "leaves = 20"),
+        ("garden", "seed = 2"),
     ] {
         let other = mesh(name, parameters);
         assert_eq!(fault(&other), None, "{name} with {parameters}");
@@ -217,6 +219,17 @@ fn solids_are_closed_and_wound_outwards() {
 }
 
 #[test]
+fn leaves_of_the_garden_have_holes() {
+    let garden = mesh("garden", "");
+    let masked = (0..garden.triangle_count()).filter(|&index| garden.alpha_mask(index).is_some());
+    assert_eq!(masked.count(), 2400);
+    let solid: u32 = garden.alpha_masks[0].words().iter().map(|word| word.count_ones()).sum();
+    let share = solid as f32 / (64.0 * 64.0);
+    assert!((0.2..0.6).contains(&share), "{share} of a leaf is solid");
+    assert!(garden.uvs.iter().all(|uv| uv.cmpge(Vec2::ZERO).all() && uv.cmple(Vec2::ONE).all()));
+}
+
+#[test]
 fn halls_stand_upright() {
     // A floor is seen from above and a vault from below, wherever the camera is.
     for name in names() {
@@ -301,7 +314,7 @@ fn arches_span_what_they_are_asked_to() {
 fn wrong_parameters_are_refused() {
     assert_eq!(
         message("castle", ""),
-        "unknown generator `castle`; known are atrium, church, coaster, contact, furnished, hairball, half-plane, nave, \
+        "unknown generator `castle`; known are atrium, church, coaster, contact, furnished, garden, hairball, half-plane, nave, \
          open-floor, railing, soup, tower, toys, tree"
     );
     assert_eq!(
