@@ -138,8 +138,9 @@ fn layers(
         true => file.add_light(&image.irradiance, &gbuffer.albedo),
         false => file.add_resolved_light(&image.irradiance, &image.radiance),
     }
-    if !image.specular.is_empty() {
-        file.add_parts(&image.irradiance, &gbuffer.albedo, &image.specular);
+    if !(image.specular.is_empty() && image.emission.is_empty()) {
+        let diffuse = picture::radiance(&image.irradiance, &gbuffer.albedo);
+        file.add_parts(&diffuse, &image.specular, &image.emission);
     }
     // GPUs keep no visible part.
     if !image.visibility.is_empty() {

@@ -13,7 +13,7 @@ pub use polygon::{Polygon, PolygonError};
 
 /// Surface that emits along its normal: a uniform radiance, or one times a texture.
 ///
-/// A light is not geometry: it casts no shadow and the camera does not see it.
+/// A light is not geometry: it casts no shadow, and the camera sees it only where that is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AreaLight {
     /// Extent and position.
@@ -22,6 +22,8 @@ pub struct AreaLight {
     pub radiance: Vec3,
     /// True if the back emits as well.
     pub two_sided: bool,
+    /// True if the camera sees the light, from the sides that emit.
+    pub visible: bool,
     /// Texture that the radiance is multiplied with; none for a uniform light.
     pub texture: Option<TexturePlace>,
 }
@@ -137,13 +139,19 @@ impl AreaLight {
     /// Creates a parallelogram that emits along `cross(edge_u, edge_v)`; see [`Parallelogram`].
     pub const fn parallelogram(corner: Vec3, edge_u: Vec3, edge_v: Vec3, radiance: Vec3) -> Self {
         let shape = Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v });
-        Self { shape, radiance, two_sided: false, texture: None }
+        Self { shape, radiance, two_sided: false, visible: false, texture: None }
     }
 
     /// Lets the back emit as well.
     #[must_use]
     pub const fn two_sided(self) -> Self {
         Self { two_sided: true, ..self }
+    }
+
+    /// Lets the camera see the light.
+    #[must_use]
+    pub const fn visible(self) -> Self {
+        Self { visible: true, ..self }
     }
 
     /// Multiplies the radiance with the texture at `index` in [`Scene::light_textures`](crate::scene::Scene::light_textures).
@@ -155,7 +163,7 @@ impl AreaLight {
     /// Creates an ellipse; see [`Ellipse`].
     pub const fn ellipse(centre: Vec3, axis_u: Vec3, axis_v: Vec3, radiance: Vec3) -> Self {
         let shape = Shape::Ellipse(Ellipse { centre, axis_u, axis_v });
-        Self { shape, radiance, two_sided: false, texture: None }
+        Self { shape, radiance, two_sided: false, visible: false, texture: None }
     }
 
     /// Creates a disk that emits along `normal`, which need not have length 1.
@@ -172,7 +180,7 @@ impl AreaLight {
     /// The corners are no convex polygon.
     pub fn polygon(corners: &[Vec3], radiance: Vec3) -> Result<Self, PolygonError> {
         let shape = Shape::Polygon(Polygon::new(corners)?);
-        Ok(Self { shape, radiance, two_sided: false, texture: None })
+        Ok(Self { shape, radiance, two_sided: false, visible: false, texture: None })
     }
 
     /// Parallelogram that contains the light.

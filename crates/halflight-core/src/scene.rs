@@ -18,7 +18,7 @@ pub use crate::specular::Specular;
 pub struct Scene {
     /// All geometry, already transformed to world space, shared between scenes that differ in lights and camera only.
     pub mesh: Arc<Mesh>,
-    /// The area lights. They are not geometry: they cast no shadow and the camera does not see them.
+    /// The area lights. They are not geometry: they cast no shadow, and the camera sees those alone that are [visible](AreaLight::visible).
     pub lights: Vec<AreaLight>,
     /// Textures that lights refer to.
     pub light_textures: Vec<Arc<LightTexture>>,

@@ -8,6 +8,7 @@ pub mod bvh;
 mod compose;
 pub mod config;
 mod corners;
+mod emission;
 pub mod flush;
 pub mod gbuffer;
 pub mod horizon;

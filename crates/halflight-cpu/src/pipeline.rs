@@ -18,6 +18,7 @@ use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::Scene;
 use halflight_core::stages::Visibility;
 use halflight_core::stats::FrameStats;
+use halflight_core::subpixel;
 use halflight_core::values::Values;
 
 use crate::antialias::Antialias;
@@ -30,7 +31,7 @@ use crate::refine::{Lattice, Quality};
 use crate::requests::Requests;
 use crate::specular::{LobeLight, Specular};
 use crate::textured::SeenTexture;
-use crate::{gbuffer, pyramid, upsample};
+use crate::{emission, gbuffer, pyramid, upsample};
 pub use builder::PipelineBuilder;
 pub use error::PipelineError;
 
@@ -72,12 +73,15 @@ pub struct Image {
     /// Irradiance per channel, W/m²; zero where nothing is seen. At the pixel's centre, with antialiasing as well; frames of a GPU have
     /// the mean over sub-samples there.
     pub irradiance: Vec<Vec3>,
-    /// Outgoing radiance per channel, W/m²/sr: albedo/π · irradiance and what is reflected specularly, or with antialiasing the mean of that over a
-    /// pixel's sub-samples. A mean of products is not the product of the means, so that it does not follow from other layers. Empty without
-    /// antialiasing and glossy surfaces, where it is albedo/π · irradiance.
+    /// Radiance that reaches the camera, per channel, W/m²/sr: albedo/π · irradiance and what is reflected specularly, or what a light emits that is seen
+    /// before the surface; with antialiasing the mean of that over a pixel's sub-samples. A mean of products is not the product of the means, so
+    /// that it does not follow from other layers. Empty without antialiasing, glossy surfaces and visible lights, where it is albedo/π · irradiance.
     pub radiance: Vec<Vec3>,
     /// Specularly reflected radiance per channel, W/m²/sr, at the pixel's centre; empty where no surface is glossy.
     pub specular: Vec<Vec3>,
+    /// Radiance that lights emit towards the camera, per channel, W/m²/sr, as a part of [`Image::radiance`]; zero where none is seen; empty where no
+    /// light is [visible](AreaLight::visible).
+    pub emission: Vec<Vec3>,
     /// Visible part of the unshadowed light, `ΣUF/ΣU` by luminance, at the pixel's centre; empty unless layers were asked for.
     pub visibility: Vec<f32>,
     /// Level of the fragment each pixel lies in, the finest over the lights; `u8::MAX` where nothing is seen; empty
@@ -395,13 +399,20 @@ impl State {
         });
         image.radiance.clear();
         clock = Instant::now();
-        if antialias.is_some() || !image.specular.is_empty() {
+        let visible = scene.lights.iter().any(|light| light.visible);
+        if antialias.is_some() || visible || !image.specular.is_empty() {
             compose::reflect(gbuffer, &image.irradiance, &image.specular, &mut image.radiance);
         }
         stats.stages_ms.compose += lap(&mut clock);
         if let Some(antialias) = &antialias {
             stats.antialias = antialias.resolve(&mut image.radiance);
             stats.stages_ms.antialias += lap(&mut clock);
+        }
+        image.emission.clear();
+        if visible {
+            let offsets = subpixel::offsets(builder.antialias)?;
+            emission::add(scene, gbuffer, offsets, &mut image.radiance, &mut image.emission);
+            stats.stages_ms.compose += lap(&mut clock);
         }
         stats.total_ms = start.elapsed().as_secs_f64() * 1e3;
 
@@ -421,7 +432,10 @@ impl State {
             + refiner.bytes()
             + visibility.bytes()
             + upsampler.bytes()
-            + (image.irradiance.capacity() + image.radiance.capacity() + image.specular.capacity())
+            + (image.irradiance.capacity()
+                + image.radiance.capacity()
+                + image.specular.capacity()
+                + image.emission.capacity())
                 * size_of::<Vec3>();
         stats.peak_bytes = stats.peak_bytes.max(held as u64);
         image.stats = stats;

@@ -366,8 +366,14 @@ fn refuse_alpha_masks(mesh: &Mesh) -> Result<(), GpuError> {
     }
 }
 
-/// Refuses textured lights of more than one colour.
+/// Refuses textured lights of more than one colour, and lights that the camera sees.
 fn refuse_lights(lights: &[AreaLight]) -> Result<(), GpuError> {
+    if lights.iter().any(|light| light.visible) {
+        return Err(GpuError::Unsupported {
+            stage: "a light that the camera sees",
+            reason: "render the scene on the CPU, or set visible = false; lights of emissive faces are visible",
+        });
+    }
     match lights.iter().any(|light| light.texture.is_some()) {
         true => Err(GpuError::Unsupported {
             stage: "a textured light",

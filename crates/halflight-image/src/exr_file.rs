@@ -120,10 +120,14 @@ impl ExrFile {
         self.add_vectors(DEFAULT_LAYER, RGB, radiance);
     }
 
-    /// Adds the parts of the radiance at pixels' centres, W/m²/sr: the layers `diffuse`, albedo/π · irradiance, and `specular`.
-    pub fn add_parts(&mut self, irradiance: &[Vec3], albedo: &[Vec3], specular: &[Vec3]) {
-        self.add_vectors("diffuse", RGB, &picture::radiance(irradiance, albedo));
-        self.add_vectors("specular", RGB, specular);
+    /// Adds the parts of the radiance, W/m²/sr: the layers `diffuse` and `specular` of light that is reflected at pixels' centres, and `emission` of lights that
+    /// are seen, each where there is any.
+    pub fn add_parts(&mut self, diffuse: &[Vec3], specular: &[Vec3], emission: &[Vec3]) {
+        for (layer, values) in [("diffuse", diffuse), ("specular", specular), ("emission", emission)] {
+            if !values.is_empty() {
+                self.add_vectors(layer, RGB, values);
+            }
+        }
     }
 
     /// Adds the layer [`VISIBILITY`] of visible fractions of the light, 0 … 1, in three equal channels.

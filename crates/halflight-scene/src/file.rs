@@ -136,11 +136,12 @@ fn read_light(
     let radiance = section.vector("radiance")?;
     let radiance = section.require("radiance", "[10, 10, 10]", radiance)?;
     let two_sided = section.flag("two_sided")?.is_some_and(|flag| flag.value);
+    let visible = section.flag("visible")?.is_some_and(|flag| flag.value);
     if radiance.value.min_element() < 0.0 {
         let message = format!("radiance is {}, expected no negative numbers", radiance.value);
         return Err(section.fault(radiance.line, message));
     }
-    let light = AreaLight { two_sided, ..shape.light(&section, radiance.value)? };
+    let light = AreaLight { two_sided, visible, ..shape.light(&section, radiance.value)? };
     light.validate(index).map_err(|source| SceneError::Light {
         file: section.source.name.to_string(),
         line: section.line,

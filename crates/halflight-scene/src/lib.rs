@@ -22,6 +22,7 @@
 //! ## shape = "polygon", points = [[0, 3, 0], [1, 3, 0], [0.5, 3, 1]], convex; emits to where they run counterclockwise
 //! radiance = [10, 10, 10] # W/m²/sr
 //! two_sided = false       # optional, this is the default
+//! visible = false         # optional, this is the default; true: the camera sees the light
 //! ## texture = "screen.png"  # optional: a texture that the radiance is multiplied with, its lower left at the corner, its rows along edge_u;
 //! ##                          # "screen-####.png" is a video, of frames with numbers of four digits
 //! ## texture_encoding = "auto" # optional: linear in HDR and EXR files, sRGB in others; or "linear", "srgb"

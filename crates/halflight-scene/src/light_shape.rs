@@ -8,7 +8,7 @@ use crate::light_texture::TextureEntry;
 use crate::section::{Found, Section};
 
 /// Keys of every light.
-const COMMON: [&str; 3] = ["shape", "radiance", "two_sided"];
+const COMMON: [&str; 4] = ["shape", "radiance", "two_sided", "visible"];
 
 /// Shape of a `[[light]]`, as its keys give it.
 pub(crate) enum LightShape {

@@ -139,6 +139,7 @@ impl Tracer {
     fn choose(&mut self, emitter: &Emitter, lobe: &Lobe, cells: &Cells, count: usize, key: u32) {
         self.points.clear();
         let (shift, _) = hash::unit_pair(hash::sample_bits(key, u32::MAX));
+        let scramble = hash::sample_bits(key, u32::MAX - 1);
         let step = cells.share / count as f32;
         let (mut below, mut sample) = (0.0f32, 0usize);
         for cell in &cells.all {
@@ -148,11 +149,11 @@ impl Tracer {
                 if at >= above {
                     break;
                 }
-                // What is left of the number is uniform inside the cell's share.
-                let (along, across) = (
-                    ((at - below) / cell.share).clamp(0.0, 1.0),
-                    hash::unit_pair(hash::sample_bits(key, sample as u32)).0,
-                );
+                // What is left of the number is uniform inside the cell's share. The other coordinate is van der Corput's sequence, scrambled, so
+                // that samples near each other in one differ in the other (Hammersley's points).
+                let along = ((at - below) / cell.share).clamp(0.0, 1.0);
+                let reversed = (sample as u32).reverse_bits() ^ scramble;
+                let across = (reversed >> 8) as f32 * (1.0 / 16_777_216.0);
                 let root = along.sqrt();
                 let [a, b, c] = cell.corners;
                 let uv = a + (b - a) * (root * (1.0 - across)) + (c - a) * (root * across);
