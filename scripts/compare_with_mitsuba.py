@@ -7,7 +7,7 @@
 Both sides take rays through pixel centres. Mitsuba's image is the mean of two renders with seeds of their own; their difference is its
 noise. Printed are the NMSE2 of halflight's image against that mean, the part of it that is Mitsuba's noise, and the ratio of the means.
 
-Read are scene files with OBJ meshes (`file`, `transform`, `albedo`, `smooth = "off"`), the generators open-floor and contact, and lights of
+Read are scene files with OBJ meshes (`file`, `transform`, `albedo`, `smooth = "off"`, `metallic = 1` with `roughness`), the generators open-floor and contact, and lights of
 every shape. Anything else that would change the image is refused by name. Needs Python 3.11, numpy and mitsuba (python3 -m pip install
 numpy mitsuba); the variant scalar_rgb needs no LLVM.
 """
@@ -140,6 +140,8 @@ def images(mi, numpy, scene, size, options):
     for number, mesh in enumerate(scene.meshes):
         for part, (albedo, faces) in enumerate(mesh.parts):
             surface = diffuse([1, 1, 1] if options.layer == "irradiance" else albedo)
+            if mesh.metal is not None and options.layer == "radiance":
+                surface = conductor(albedo, mesh.metal)
             if options.conductor:
                 surface = conductor(*options.conductor)
             meshes.append(triangles(mi, numpy, f"mesh{number}-{part}", mesh.positions, faces, {"bsdf": surface}))

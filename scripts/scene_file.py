@@ -57,9 +57,10 @@ class Light:
 
 @dataclasses.dataclass
 class Mesh:
-    """Positions, and for each material its albedo and triangles."""
+    """Positions, and for each material its albedo and triangles; of metal, its roughness."""
     positions: numpy.ndarray
     parts: list
+    metal: float | None = None
 
 
 @dataclasses.dataclass
@@ -67,6 +68,10 @@ class Scene:
     camera: Camera
     lights: list
     meshes: list
+
+
+# Keys of specular reflection.
+SPECULAR = ["specular", "roughness", "metallic", "reflectance"]
 
 
 def only(table, name, known):
@@ -149,7 +154,7 @@ def read_mesh(entry, folder):
     if "generator" in entry:
         positions, parts = generated(entry)
     else:
-        only(entry, "[[mesh]]", ["file", "transform", "albedo", "smooth", "crease_deg", "emissive"])
+        only(entry, "[[mesh]]", ["file", "transform", "albedo", "smooth", "crease_deg", "emissive", *SPECULAR])
         if entry.get("smooth") == "on":
             raise Refused(f"[[mesh]] {entry['file']} is smooth, expected smooth = \"off\"")
         if entry.get("emissive") == "lights":
@@ -157,7 +162,17 @@ def read_mesh(entry, folder):
         positions, parts = read_obj(folder / entry["file"], entry.get("smooth") == "off", "albedo" not in entry)
     if "albedo" in entry:
         parts = [(entry["albedo"], [face for _, faces in parts for face in faces])]
-    return Mesh(transformed(numpy.array(positions, numpy.float64), entry.get("transform", {})), parts)
+    positions = transformed(numpy.array(positions, numpy.float64), entry.get("transform", {}))
+    return Mesh(positions, parts, metal(entry))
+
+
+def metal(entry):
+    """Roughness of a `[[mesh]]` of metal; none of a matte one. Others are refused: Mitsuba has no surface that adds both lobes as halflight does."""
+    if not any(key in entry for key in ("roughness", "metallic", "reflectance")):
+        return None
+    if entry.get("metallic") != 1:
+        raise Refused("[[mesh]] reflects specularly and is no metal, expected metallic = 1 or a matte surface")
+    return entry.get("roughness", 0.5)
 
 
 def read_obj(path, flat, colours):
@@ -216,7 +231,7 @@ def generated(entry):
     own = {"open-floor": [], "contact": ["width", "height", "depth"]}
     if name not in own:
         raise Refused(f"[[mesh]] has the generator `{name}`, expected one of {', '.join(own)} or an OBJ file")
-    only(entry, f"[[mesh]] generator {name}", ["generator", "transform", "albedo", "smooth", "size", "cells", *own[name]])
+    only(entry, f"[[mesh]] generator {name}", ["generator", "transform", "albedo", "smooth", "size", "cells", *SPECULAR, *own[name]])
     half = entry.get("size", 20.0) / 2
     positions = [[-half, 0, -half], [-half, 0, half], [half, 0, half], [half, 0, -half]]
     parts = [((0.75, 0.75, 0.75), [(0, 1, 2), (0, 2, 3)])]

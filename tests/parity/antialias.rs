@@ -13,7 +13,7 @@ fn edges_are_those_of_the_cpu() {
     let Some(bench) = Bench::open() else { return };
     let mut config = per_pixel(96, 72, Shading::Ratio);
     config.antialias = 8;
-    let mut twins = Twins::render(&bench, "toys", &config, false);
+    let mut twins = Twins::render(&bench, "few toys", &config, false);
     let (image, gbuffer, stats) =
         bench.gpu.render_antialiased(&mut twins.gpu, &Inputs::default(), 8).unwrap();
     assert_eq!(stats.frame.antialias.sub_samples, 8 * 96 * 72);

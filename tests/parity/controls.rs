@@ -44,7 +44,7 @@ fn notices_in(
 fn surfaces() {
     let Some(bench) = Bench::open() else { return };
     let config = per_pixel(160, 120, Shading::Ratio);
-    let twins = Twins::render(&bench, "toys", &config, false);
+    let twins = Twins::render(&bench, "few toys", &config, false);
     let check = |twins: &Twins| match gbuffers::compare(&bench, twins)? {
         others if others * 200 >= 160 * 120 => Err(others.to_string()),
         _ => Ok(()),
@@ -92,13 +92,13 @@ fn shading() {
         ["shared/unshadowed", "visible_polygon(origin, up);", "visible_polygon(origin + up * 1e-2, up);"],
         ["shared/sums", "lit += term;", "lit += 1.001 * term;"],
     ];
-    notices(&bench, "toys", &per_pixel(96, 72, Shading::Ratio), check, &ratio);
+    notices(&bench, "few toys", &per_pixel(96, 72, Shading::Ratio), check, &ratio);
     let sampled = [
         ["shared/light", "receiver * emitter / (squared * squared)", "receiver * emitter / squared"],
         ["shared/sums", "f32(sums.count)", "f32(sums.count + 1u)"],
         ["irradiance", "sums_sampled(query_sums(query))", "query_fraction(query)"],
     ];
-    notices(&bench, "toys", &per_pixel(96, 72, Shading::Sampled), check, &sampled);
+    notices(&bench, "few toys", &per_pixel(96, 72, Shading::Sampled), check, &sampled);
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn refiners() {
     ];
     let config = |refiner| PipelineConfig { refiner, ..per_pixel(110, 83, Shading::Ratio) };
     let refiner = RefinerConfig::Nichols(NicholsConfig::default());
-    notices(&bench, "toys", &config(refiner), check, &[&shared[..], &nichols].concat());
+    notices(&bench, "few toys", &config(refiner), check, &[&shared[..], &nichols].concat());
     let sfvt = [
         ["refine/sfvt_classify", "if curved || (", "if curved && ("],
         ["refine/sfvt_split_test", "differing <= frame.split_above", "differing <= 2u * frame.split_above"],
@@ -134,7 +134,7 @@ fn refiners() {
         ["refine/sfvt_finals", "asks = !faces_away(pixel);", "asks = false;"],
     ];
     let refiner = RefinerConfig::SfvtGass(SfvtGassConfig::default());
-    notices(&bench, "toys", &config(refiner), check, &sfvt);
+    notices(&bench, "few toys", &config(refiner), check, &sfvt);
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn the_lattice() {
         ["refine/lattice_close_cracks", "> 0u && !agrees", "> 9999u && !agrees"],
     ];
     let check = |twins: &Twins| refiners::check_lattice(&bench, twins, Shading::Ratio);
-    notices(&bench, "toys", &config, check, &wrong);
+    notices(&bench, "few toys", &config, check, &wrong);
     // Cells that are kept although their corners differ.
     let refiner = RefinerConfig::Lattice(LatticeConfig { error: 0.3, ..LatticeConfig::default() });
     let config = PipelineConfig { refiner, ..config };
@@ -167,7 +167,7 @@ fn the_lattice() {
         ["upsample/pixels", "owner.level <= COPIED_LEVEL", "owner.level <= COPIED_LEVEL + 1u"],
     ];
     let check = |twins: &Twins| upsamplers::check(&bench, twins, &config, 1e-4);
-    notices(&bench, "toys", &config, check, &wrong);
+    notices(&bench, "few toys", &config, check, &wrong);
 }
 
 #[test]
@@ -194,6 +194,6 @@ fn upsamplers() {
     for ((upsampler, tolerance), wrong) in with_defaults().into_iter().zip(wrong) {
         let config = PipelineConfig { refiner, upsampler, ..per_pixel(110, 83, Shading::Ratio) };
         let check = |twins: &Twins| upsamplers::check(&bench, twins, &config, tolerance);
-        notices(&bench, "toys", &config, check, wrong);
+        notices(&bench, "few toys", &config, check, wrong);
     }
 }

@@ -137,7 +137,7 @@ fn wrong_shaders_are_found() {
 #[test]
 fn refiners_ask_all_backends_alike() {
     let Some(bench) = Bench::open() else { return };
-    let stage = bundled("toys");
+    let stage = bundled("few toys");
     let refiners = [
         RefinerConfig::Nichols(NicholsConfig::default()),
         RefinerConfig::SfvtGass(SfvtGassConfig::default()),

@@ -25,7 +25,7 @@ fn cramped(bench: &Bench, config: &PipelineConfig, share: u32, modules: &[&'stat
         .collect();
     let modules: Vec<(&str, &str)> = modules.iter().copied().zip(texts.iter().map(String::as_str)).collect();
     let Gpu { device, queue, .. } = &bench.gpu;
-    Renderer::with_modules(device, queue, &bundled("toys").scene, config, &modules).unwrap()
+    Renderer::with_modules(device, queue, &bundled("few toys").scene, config, &modules).unwrap()
 }
 
 /// Renders with unwritten queries marked; returns the statistics, the image and the number of marks left.
@@ -42,7 +42,7 @@ fn overflow(bench: &Bench, gpu: &mut Renderer) -> (GpuStats, Vec<[f32; 4]>, usiz
 fn queries_without_room_are_counted_and_others_are_as_they_were() {
     let Some(bench) = Bench::open() else { return };
     let config = per_pixel(64, 48, Shading::Ratio);
-    let mut plain = bench.renderer(&bundled("toys").scene, &config).unwrap();
+    let mut plain = bench.renderer(&bundled("few toys").scene, &config).unwrap();
     let stats = bench.render(&mut plain, &Inputs::default());
     let expected: Vec<[f32; 4]> = bench.read(plain.image());
     let all: u64 = stats.frame.fragments.per_level.iter().sum();
@@ -80,7 +80,7 @@ fn refiners_survive_lists_that_overflow() {
         };
         // 109 × 83 pixels: shares of these are no multiple of a cell's queries.
         let config = PipelineConfig { refiner, upsampler, ..per_pixel(109, 83, Shading::Ratio) };
-        let mut plain = bench.renderer(&bundled("toys").scene, &config).unwrap();
+        let mut plain = bench.renderer(&bundled("few toys").scene, &config).unwrap();
         bench.render(&mut plain, &Inputs::default());
         let expected: Vec<[f32; 4]> = bench.read(plain.image());
         let brightest = expected.iter().map(|pixel| pixel[0]).fold(0.0, f32::max);
@@ -104,7 +104,7 @@ fn tasks_without_room_are_counted() {
     let config = PipelineConfig { visibility, sampling, ..per_pixel(64, 48, Shading::Ratio) };
     let text = shader_module("visibility/raster4d_scan").unwrap();
     assert!(text.contains("SIDE * SIDE"));
-    let scene = &bundled("toys").scene;
+    let scene = &bundled("few toys").scene;
     let Gpu { device, queue, .. } = &bench.gpu;
     for (most, lost) in [("1000000u", false), ("1000u", true)] {
         let modules = [("visibility/raster4d_scan", &*text.replace("SIDE * SIDE", most))];

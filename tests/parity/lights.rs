@@ -18,8 +18,7 @@ use crate::whole::nmse2;
 
 /// Toys under one light of each shape.
 fn toys(light: AreaLight) -> Stage {
-    let toys = bundled("toys");
-    Stage::new(Scene { lights: vec![light], ..Scene::clone(&toys.scene) }).unwrap()
+    Stage::new(Scene { lights: vec![light], ..Scene::clone(&bundled("few toys").scene) }).unwrap()
 }
 
 fn shapes() -> [(&'static str, AreaLight); 4] {
@@ -108,7 +107,7 @@ fn alpha_masks_are_refused_by_name() {
 fn pictures_are_refused_unless_they_have_one_colour() {
     let Some(bench) = Bench::open() else { return };
     let config = per_pixel(64, 48, Shading::Ratio);
-    let toys = bundled("toys");
+    let toys = bundled("few toys");
     let light = toys.scene.lights[0];
     let scene = |texels: Vec<Vec3>| {
         let texture = Arc::new(LightTexture::new(2, 1, texels).unwrap());

@@ -25,7 +25,7 @@ fn configs() -> Vec<PipelineConfig> {
         }
         let visibility = VisibilityConfig::named(visibility).unwrap();
         let sampling = LightSampling { kind: PatternKind::ShiftedRows, ..LightSampling::default() };
-        PipelineConfig { refiner, upsampler, visibility, sampling, ..per_pixel(64, 48, Shading::Ratio) }
+        PipelineConfig { refiner, upsampler, visibility, sampling, ..per_pixel(48, 36, Shading::Ratio) }
     };
     vec![
         named("lattice", "bvh"),
@@ -63,7 +63,7 @@ fn two_lights(light: AreaLight) -> Vec<AreaLight> {
 fn moved_lights_and_cameras_are_those_of_a_new_renderer() {
     let Some(bench) = Bench::open() else { return };
     for config in configs() {
-        let mut scene: Scene = Scene::clone(&bundled("toys").scene);
+        let mut scene: Scene = Scene::clone(&bundled("few toys").scene);
         let light = scene.lights[0];
         scene.lights = vec![light];
         let mut renderer = bench.renderer(&scene, &config).unwrap();
@@ -77,8 +77,8 @@ fn moved_lights_and_cameras_are_those_of_a_new_renderer() {
         scene.lights = vec![light];
         scene.camera = Camera { eye: scene.camera.eye + Vec3::new(0.2, 0.3, 0.1), ..scene.camera };
         renderer.set_camera(scene.camera).unwrap();
-        renderer.resize(50, 60).unwrap();
-        check(&bench, &mut renderer, &scene, &PipelineConfig { width: 50, height: 60, ..config });
+        renderer.resize(38, 46).unwrap();
+        check(&bench, &mut renderer, &scene, &PipelineConfig { width: 38, height: 46, ..config });
     }
 }
 
@@ -112,8 +112,9 @@ fn moved(p: Vec3) -> Vec3 {
 fn moved_vertices_are_those_of_a_new_renderer() {
     let Some(bench) = Bench::open() else { return };
     for config in configs() {
-        let name = if config.visibility == VisibilityConfig::Bvh { "tree" } else { "toys" };
-        let mut scene: Scene = Scene::clone(&bundled(name).scene);
+        let stage =
+            if config.visibility == VisibilityConfig::Bvh { bundled("tree") } else { bundled("few toys") };
+        let mut scene: Scene = Scene::clone(&stage.scene);
         let mut renderer = bench.renderer(&scene, &config).unwrap();
         let first = image(&bench, &mut renderer);
         let mut mesh = Mesh::clone(&scene.mesh);
@@ -211,7 +212,7 @@ fn moving_lights_and_cameras_creates_nothing_that_grows_with_the_mesh() {
         };
         let mut small = blocker_over_floor();
         small.lights.truncate(1);
-        let mut large: Scene = Scene::clone(&bundled("toys").scene);
+        let mut large: Scene = Scene::clone(&bundled("few toys").scene);
         large.lights.truncate(1);
         let [(start, frame, moved), (others_start, others_frame, others_moved)] =
             [small, large].map(|scene| created(&scene));

@@ -51,7 +51,7 @@ fn twins(bench: &Bench, stage: &Stage, text: &str) -> Twins {
 #[test]
 fn the_same_module_gives_the_same_masks() {
     let Some(bench) = Bench::open() else { return };
-    let stage = bundled("toys");
+    let stage = bundled("few toys");
     let refiners = [RefinerConfig::PerPixel, RefinerConfig::Nichols(NicholsConfig::default())];
     for refiner in refiners {
         let config = PipelineConfig { refiner, ..per_pixel(64, 48, Shading::Ratio) };

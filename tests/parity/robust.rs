@@ -43,7 +43,7 @@ fn sizes_may_change_with_every_frame() {
 #[test]
 fn frames_repeat_bit_for_bit_and_differ_by_number() {
     let Some(bench) = Bench::open() else { return };
-    let stage = bundled("toys");
+    let stage = bundled("few toys");
     let mut gpu = bench.renderer(&stage.scene, &per_pixel(64, 48, Shading::Ratio)).unwrap();
     let mut image = |frame: u32| {
         bench.render(&mut gpu, &Inputs { frame, ..Inputs::default() });

@@ -28,7 +28,7 @@ use crate::whole::nmse2;
 const ROUNDING: f64 = 1e-3;
 
 fn marching(config: VoxelConfig) -> PipelineConfig {
-    PipelineConfig { visibility: VisibilityConfig::Voxel(config), ..per_pixel(80, 60, Shading::Ratio) }
+    PipelineConfig { visibility: VisibilityConfig::Voxel(config), ..per_pixel(60, 45, Shading::Ratio) }
 }
 
 /// Voxels of the CPU for its last frame.
@@ -160,7 +160,7 @@ fn voxels_are_set_as_on_the_cpu() {
 fn depths_that_are_none_hide_nothing() {
     let Some(bench) = Bench::open() else { return };
     let config = marching(VoxelConfig::default());
-    let mut twins = Twins::render(&bench, "toys", &config, true);
+    let mut twins = Twins::render(&bench, "few toys", &config, true);
     let pixel = twins.cpu.gbuffer().primitive.iter().position(|&triangle| triangle != NO_PRIMITIVE).unwrap();
     let place = 16 * pixel as u64 + 12;
     let off = |twins: &mut Twins, depth: f32| {
@@ -187,7 +187,7 @@ fn wrong_voxels_are_found() {
         "(depths - range.x) * density(range)",
         "(depths - range.x) * density(range) + 0.5",
     ];
-    let mut twins = Twins::render(&bench, "toys", &marching(config), true);
+    let mut twins = Twins::render(&bench, "few toys", &marching(config), true);
     assert_eq!(compare_voxels(&bench, &twins, config)[1], 0);
     twins.alter(&bench, &marching(config), slices);
     assert!(compare_voxels(&bench, &twins, config)[1] > 0);
@@ -212,7 +212,8 @@ fn refiners_ask_voxels_as_on_the_cpu() {
         RefinerConfig::Lattice(LatticeConfig::default()),
     ];
     for refiner in refiners {
-        let usual = marching(VoxelConfig::default());
+        // In smaller images a single voxel is more than the bound below.
+        let usual = PipelineConfig { width: 80, height: 60, ..marching(VoxelConfig::default()) };
         let upsampler = match refiner {
             RefinerConfig::Lattice(_) => UpsamplerConfig::Lattice(Default::default()),
             _ => usual.upsampler,
@@ -316,13 +317,13 @@ fn rays_march_as_on_the_cpu() {
     let thick = VoxelConfig { thickness: 2, bias: 0.5, resolution: 100, ..usual };
     let every = VoxelConfig { traversal: Traversal::Dda, ..usual };
     for (scene, config) in
-        SCENES.into_iter().map(|scene| (scene, usual)).chain([("toys", thick), ("atrium", every)])
+        SCENES.into_iter().map(|scene| (scene, usual)).chain([("few toys", thick), ("atrium", every)])
     {
         let twins = Twins::render(&bench, scene, &marching(config), true);
         let [flips, strange, rays] = compare(&bench, &twins, config);
         // A ray has 16 samples with three borders each; a few in 10⁴ are within the rounding error of one,
         // and few of these change the visibility. Exact traversal passes many more borders.
-        assert!(rays > 100_000 && flips * 10_000 <= rays, "{scene}: {flips} of {rays}");
+        assert!(rays > 50_000 && flips * 10_000 <= rays, "{scene}: {flips} of {rays}");
         assert_eq!(strange, 0, "{scene}");
     }
 }
@@ -331,7 +332,7 @@ fn rays_march_as_on_the_cpu() {
 fn wrong_constants_are_found() {
     let Some(bench) = Bench::open() else { return };
     let config = VoxelConfig::default();
-    let mut twins = Twins::render(&bench, "toys", &marching(config), true);
+    let mut twins = Twins::render(&bench, "few toys", &marching(config), true);
     for wrong in [
         VoxelConfig { bias: 1.1, ..config },
         VoxelConfig { thickness: 1, ..config },

@@ -90,7 +90,7 @@ fn light(welded: &Welded, patch: &[usize], radiance: Vec3) -> Result<AreaLight, 
         _ => AreaLight::polygon(&corners, radiance).map_err(Refusal::Polygon)?,
     };
     light.validate(0)?;
-    Ok(before_faces(light, welded, patch))
+    Ok(before_faces(light.visible(), welded, patch))
 }
 
 /// True if four corners are those of a parallelogram, but for the rounding of coordinates in files and in single precision.
