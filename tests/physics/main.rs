@@ -11,3 +11,4 @@ mod open_floor;
 mod smooth_sphere;
 mod textured_lights;
 mod unshadowed;
+mod visible_lights;

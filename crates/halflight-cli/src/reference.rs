@@ -64,6 +64,7 @@ pub(crate) fn run(args: &Reference) -> Outcome {
     match result.radiance.is_empty() {
         true => file.add_light(&result.irradiance, &seen.albedo),
         // Irradiance of images is that of pixel centres, with which means over sub-samples cannot be compared.
+        false if args.antialias == 1 => file.add_resolved_light(&result.irradiance, &result.radiance),
         false => ["radiance", DEFAULT_LAYER]
             .into_iter()
             .for_each(|layer| file.add_vectors(layer, RGB, &result.radiance)),

@@ -351,7 +351,8 @@ impl State {
                 totals,
             );
             stats.stages_ms.compose += lap(&mut clock);
-            let lobes = (!image.specular.is_empty()).then(|| LobeLight::new(bvh, &frame, number));
+            let lobes =
+                (!image.specular.is_empty()).then(|| LobeLight::new(bvh, &frame, number, &buffers.fragments));
             if let Some(lobes) = &lobes {
                 let (values, fractions) = (&buffers.values, builder.shading == Shading::Ratio);
                 let out = &mut image.specular;

@@ -66,12 +66,17 @@ pub(crate) struct LobeLight<'a> {
     frame: &'a Frame<'a>,
     number: u32,
     outline: Outline,
+    /// Most rays of a lobe.
+    rays: usize,
 }
 
 impl<'a> LobeLight<'a> {
-    /// A light of a frame. `bvh` is the one over its mesh.
-    pub(crate) fn new(bvh: &'a Bvh, frame: &'a Frame<'a>, number: u32) -> Self {
-        Self { bvh, frame, number, outline: Outline::new(frame.light(number)) }
+    /// A light of a frame whose `fragments` are known. `bvh` is the one over its mesh. Lobes have as many rays as the largest of the fragments' masks have light
+    /// samples.
+    pub(crate) fn new(bvh: &'a Bvh, frame: &'a Frame<'a>, number: u32, fragments: &Fragments) -> Self {
+        let largest = fragments.batches().iter().map(|batch| batch.pattern().len()).max();
+        let rays = largest.unwrap_or(0).max(frame.pattern.len());
+        Self { bvh, frame, number, outline: Outline::new(frame.light(number)), rays }
     }
 
     /// Specular radiance of an entry of a G-buffer, W/m²/sr, and the visible fraction of what its lobe reflects, which is traced unless it is
@@ -104,7 +109,7 @@ impl<'a> LobeLight<'a> {
         let (visible, rays) = match known {
             Some(visible) => (visible, 0),
             None => {
-                let count = self.frame.pattern.len().clamp(RAYS.0, RAYS.1);
+                let count = self.rays.clamp(RAYS.0, RAYS.1);
                 let occluders = Occluders { bvh: self.bvh, mesh: &self.frame.scene.mesh };
                 scratch.tracer.visible(occluders, &emitter, &lobe, &scratch.cells, origin, count, key)
             }

@@ -93,7 +93,8 @@ pub struct Reference {
     pub irradiance: Vec<Vec3>,
     /// Visible fraction of the unshadowed light, `ΣUF/ΣU` by luminance; zero where no light could arrive.
     pub visibility: Vec<f32>,
-    /// Mean of albedo/π · irradiance over a pixel's sub-samples, W/m²/sr; empty where the only one is its centre.
+    /// Mean of the radiance over a pixel's sub-samples, W/m²/sr: albedo/π · irradiance, what is reflected specularly, and lights that the camera sees. Empty where
+    /// the only one is its centre and it is albedo/π · irradiance.
     pub radiance: Vec<Vec3>,
     /// Light samples a pixel and light; more than asked for where the cache had more.
     pub samples: u32,
@@ -157,7 +158,16 @@ pub fn reference(
     }
     let offsets = subpixel::offsets(antialias).map_err(PipelineError::from)?;
     if antialias == 1 {
-        return of_centres(prepared, config, cache_dir, progress);
+        let mut reference = of_centres(prepared, config, cache_dir, progress)?;
+        reference.radiance = match other_light(prepared, config)? {
+            None => Vec::new(),
+            Some(others) => {
+                let diffuse = reference.irradiance.iter().zip(&seen(prepared, [width, height]).albedo);
+                let pairs = diffuse.map(|(&light, &albedo)| light * albedo * FRAC_1_PI).zip(others);
+                pairs.map(|(diffuse, others)| others.with(diffuse)).collect()
+            }
+        };
+        return Ok(reference);
     }
     let share = ReferenceConfig { samples: samples.div_ceil(antialias), antialias: 1, ..*config };
     let pixels = width as usize * height as usize;
@@ -172,11 +182,15 @@ pub fn reference(
         let part = of_centres(&shifted, &share, cache_dir, &mut |done, all| {
             progress(number * all + done, antialias * all);
         })?;
-        let seen = seen(&shifted, [width, height]);
+        let (seen, others) = (seen(&shifted, [width, height]), other_light(&shifted, &share)?);
         for (pixel, &light) in part.irradiance.iter().enumerate() {
             mean.irradiance[pixel] += light * weight;
             mean.visibility[pixel] += part.visibility[pixel] * weight;
-            mean.radiance[pixel] += seen.albedo[pixel] * light * (FRAC_1_PI * weight);
+            let diffuse = seen.albedo[pixel] * light * (FRAC_1_PI * weight);
+            mean.radiance[pixel] += match &others {
+                None => diffuse,
+                Some(others) => others[pixel].with(diffuse / weight) * weight,
+            };
         }
         mean.samples += part.samples;
         // Errors of the parts are independent.
@@ -226,6 +240,41 @@ fn of_centres(
         progress(state.passes * PASS, wanted * PASS);
     }
     finish(scene, &seen, &state)
+}
+
+/// Light of a pixel beside what it reflects diffusely.
+#[derive(Clone, Copy)]
+struct OtherLight {
+    specular: Vec3,
+    /// Radiance of a light that is seen before the surface; zero where none is.
+    emission: Vec3,
+}
+
+impl OtherLight {
+    /// Radiance of the pixel.
+    fn with(&self, diffuse: Vec3) -> Vec3 {
+        if self.emission == Vec3::ZERO { diffuse + self.specular } else { self.emission }
+    }
+}
+
+/// Renders what pixels' centres receive beside diffuse light, with as many rays a lobe as the reference has samples, 4,096 at most. None of scenes that are
+/// matte and whose lights are not seen.
+fn other_light(
+    prepared: &PreparedScene,
+    config: &ReferenceConfig,
+) -> Result<Option<Vec<OtherLight>>, ReferenceError> {
+    let scene = prepared.scene();
+    if !(scene.mesh.is_glossy() || scene.lights.iter().any(|light| light.visible)) {
+        return Ok(None);
+    }
+    let sampling = LightSampling { count: config.samples.clamp(64, 4096), ..LightSampling::default() };
+    let pipeline = PipelineConfig { sampling, antialias: 1, ..every_pixel(config.width, config.height) };
+    let mut pipeline = pipeline.builder(prepared).seed(config.seed).build()?;
+    let image = pipeline.render()?;
+    let of = |plane: &[Vec3], pixel: usize| plane.get(pixel).copied().unwrap_or(Vec3::ZERO);
+    let pixel =
+        |pixel| OtherLight { specular: of(&image.specular, pixel), emission: of(&image.emission, pixel) };
+    Ok(Some((0..image.irradiance.len()).map(pixel).collect()))
 }
 
 fn every_pixel(width: u32, height: u32) -> PipelineConfig {
