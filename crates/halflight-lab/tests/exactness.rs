@@ -43,6 +43,23 @@ fn exact_backends_agree_on_a_soup() {
     assert_eq!(told, found.iter().map(|agreement| agreement.pairs).sum::<u64>());
 }
 
+#[test]
+fn exact_backends_agree_on_alpha_masks() {
+    let scene = halflight_scene::load_bundled("garden").unwrap().scene;
+    let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
+    let found = check(&scene, &bvh, &mut backends(&bvh).unwrap(), &SETTINGS, |_| {}).unwrap();
+    assert!(found.iter().all(|agreement| agreement.different == 0), "{found:?}");
+    // Brute force notices when the leaves are solid for all backends.
+    let mut solid = scene.clone();
+    let mesh = Arc::make_mut(&mut solid.mesh);
+    mesh.materials.iter_mut().for_each(|material| material.alpha_mask = None);
+    let bvh = Arc::new(Bvh::build(&solid.mesh).unwrap());
+    let pair = ["known", "same"].map(|name| (name, BvhRays::new(bvh.clone())));
+    let mut pair = pair.map(|(name, rays)| Backend { name, visibility: Box::new(rays) });
+    let found = check(&scene, &bvh, &mut pair, &SETTINGS, |_| {}).unwrap();
+    assert!(found[0].different == 0 && found[1].different > 0, "{found:?}");
+}
+
 /// Says the opposite about one wanted sample of each batch, or about all.
 struct Wrong {
     rays: BvhRays,

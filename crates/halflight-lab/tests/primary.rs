@@ -65,6 +65,28 @@ fn pixels_of_bundled_scenes_see_what_brute_force_finds() {
 }
 
 #[test]
+fn pixels_see_through_the_holes_of_alpha_masks() {
+    let scene = halflight_scene::load_bundled("garden").unwrap().scene;
+    let seen = trace(&scene, 200, 150);
+    let found = check(&scene, &seen);
+    assert_eq!((found.pixels, found.different), (200 * 150, 0), "{found:?}");
+    assert!(found.open < 100, "{found:?}");
+    let leaves = |seen: &GBuffer| {
+        seen.primitive
+            .iter()
+            .filter(|&&t| t != NO_PRIMITIVE && scene.mesh.alpha_mask(t as usize).is_some())
+            .count()
+    };
+    // Solid leaves hide more, and brute force tells the two apart.
+    let mut solid = scene.clone();
+    Arc::make_mut(&mut solid.mesh).alpha_masks.clear();
+    Arc::make_mut(&mut solid.mesh).materials.iter_mut().for_each(|material| material.alpha_mask = None);
+    let counts = [&seen, &trace(&solid, 200, 150)].map(leaves);
+    assert!(counts[0] > 500 && counts[1] > counts[0] + 500, "{counts:?}");
+    assert!(check(&solid, &seen).different > 500);
+}
+
+#[test]
 fn slivers_at_glancing_angles_are_where_brute_force_finds_them() {
     for shift in [Vec3::ZERO, Vec3::new(300.0, 20.0, -500.0)] {
         let scene = slivers(shift);

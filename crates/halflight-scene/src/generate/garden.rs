@@ -98,7 +98,7 @@ fn texels() -> Vec<u8> {
             let from = Vec2::new(x, y - root);
             // A lens: wide at a third of its length.
             let (t, width) = (from.dot(direction) / length, from.perp_dot(direction).abs() / length);
-            (0.0..=1.0).contains(&t) && width < 0.7 * t.sqrt() * (1.0 - t)
+            (0.0..=1.0).contains(&t) && width < 0.34 * t.sqrt() * (1.0 - t)
         };
         let pair = |number: u32| {
             let t = number as f32 / PAIRS as f32;
