@@ -162,7 +162,8 @@ pub fn reference(
         reference.radiance = match other_light(prepared, config)? {
             None => Vec::new(),
             Some(others) => {
-                let diffuse = reference.irradiance.iter().zip(&seen(prepared, [width, height]).albedo);
+                let seen = seen(prepared, [width, height]);
+                let diffuse = reference.irradiance.iter().zip(&seen.albedo);
                 let pairs = diffuse.map(|(&light, &albedo)| light * albedo * FRAC_1_PI).zip(others);
                 pairs.map(|(diffuse, others)| others.with(diffuse)).collect()
             }

@@ -1,6 +1,9 @@
 //! Cases: small scenes, each with one difficulty.
 
 use glam::Vec3;
+use halflight_core::alpha::AlphaMask;
+use halflight_core::light::AreaLight;
+use halflight_core::light_texture::LightTexture;
 use halflight_core::scene::Scene;
 
 use super::scenes::{Set, parallelogram, square_light};
@@ -58,6 +61,7 @@ pub fn all() -> Vec<Case> {
     cases.extend(thin());
     cases.extend(close());
     cases.extend(lights());
+    cases.extend(images());
     cases.extend(places());
     cases.extend(sizes());
     cases
@@ -239,6 +243,40 @@ fn lights() -> [Case; 11] {
     ]
 }
 
+/// Returns cases of lights with textures, of disks, and of occluders with alpha masks.
+fn images() -> Vec<Case> {
+    let wire = || Set::floor().block(Vec3::new(-2.0, 1.0, -0.02), Vec3::new(2.0, 1.04, 0.02));
+    let texels = |bright: Option<usize>| (0..64).map(move |at| if bright == Some(at) { 64.0 } else { 0.0 });
+    let screen = |set: Set, bright| {
+        let texture = LightTexture::new(8, 8, texels(bright).map(Vec3::splat).collect());
+        // A light without its texture would be another case.
+        texture.ok().map(|texture| set.textured(texture))
+    };
+    let disk = |normal| AreaLight::disk(Vec3::new(0.0, 2.0, 0.0), normal, 0.7, Vec3::splat(10.0));
+    // Chequers of alphas just below and at a cutoff of one half.
+    let alpha = (0..16u8).map(|at| 127 + (at + at / 4) % 2).collect::<Vec<_>>();
+    let chequers = AlphaMask::new(4, 4, alpha.into_iter(), 0.5);
+    let leaf = chequers
+        .ok()
+        .map(|mask| Set::floor().quad(Vec3::new(-0.8, 1.0, -0.8), Vec3::Z * 1.6, Vec3::X * 1.6).masked(mask));
+    [
+        screen(wire(), Some(27))
+            .map(|set| ("bright-texel", "one bright texel of a black light behind a wire", set)),
+        screen(Set::blocker(), None)
+            .map(|set| ("black-texture", "a light with a black texture: no light at all", set)),
+        Some((
+            "disk-edge-on",
+            "a disk whose plane cuts the blocker and the picture",
+            Set::blocker().light(disk(Vec3::X)),
+        )),
+        leaf.map(|set| ("alpha-half", "an occluder of alphas 127 and 128 at a cutoff of one half", set)),
+    ]
+    .into_iter()
+    .flatten()
+    .map(|(name, title, set)| Case::new(name, title, set))
+    .collect()
+}
+
 /// Returns the easy scene in other units and elsewhere, and a camera that creeps.
 fn places() -> [Case; 6] {
     let steps = (0..5).map(|step| {
@@ -293,6 +331,8 @@ mod tests {
         let cases = all();
         let names: BTreeSet<&str> = cases.iter().map(|case| case.name).collect();
         assert_eq!((names.len(), cases[0].name), (cases.len(), EASY));
+        // Textures and masks are what they were made of.
+        assert_eq!(images().len(), 4);
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! Parts of cases: quads and boxes, a light and a camera.
 
 use glam::{Vec2, Vec3};
+use halflight_core::alpha::AlphaMask;
 use halflight_core::light::AreaLight;
+use halflight_core::light_texture::LightTexture;
 use halflight_core::scene::{Camera, Material, Mesh, Scene};
 use std::sync::Arc;
 
@@ -65,6 +67,25 @@ impl Set {
     /// Replaces the light.
     pub(super) fn light(mut self, light: AreaLight) -> Self {
         self.0.lights = vec![light];
+        self
+    }
+
+    /// Gives the light a texture.
+    pub(super) fn textured(mut self, texture: LightTexture) -> Self {
+        self.0.lights.iter_mut().for_each(|light| *light = light.textured(0));
+        self.0.light_textures = vec![Arc::new(texture)];
+        self
+    }
+
+    /// Gives the quad that was added last an alpha mask that covers it once.
+    pub(super) fn masked(mut self, mask: AlphaMask) -> Self {
+        let mesh = Arc::make_mut(&mut self.0.mesh);
+        mesh.alpha_masks = vec![mask];
+        mesh.materials.push(Material { alpha_mask: Some(0), ..Material::default() });
+        let material = mesh.materials.len() as u32 - 1;
+        mesh.material_ids.iter_mut().rev().take(2).for_each(|id| *id = material);
+        let corners = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
+        mesh.uvs.iter_mut().rev().zip(corners.into_iter().rev()).for_each(|(uv, corner)| *uv = corner);
         self
     }
 
