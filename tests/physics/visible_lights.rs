@@ -8,7 +8,7 @@ use halflight::light::AreaLight;
 use halflight::light_texture::LightTexture;
 use halflight::pipeline::Image;
 use halflight::scene::{Camera, Scene};
-use halflight_tests::{Stage, blocker_over_floor, quads};
+use halflight_tests::{Stage, quads};
 
 const SIZE: u32 = 40;
 
@@ -18,12 +18,12 @@ fn camera() -> Camera {
     Camera::look_at(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, Vec3::Y, fov_y_deg)
 }
 
-/// Light in the plane z = 0 that faces the viewer, from −0.95 to 0.95 across and −0.55 to 0.55 up.
+/// Light in the plane z = 0 that faces the viewer, 2 m wide and 1 m high.
 fn screen() -> AreaLight {
     let light = AreaLight::parallelogram(
-        Vec3::new(-0.95, -0.55, 0.0),
-        Vec3::X * 1.9,
-        Vec3::Y * 1.1,
+        Vec3::new(-1.0, -0.5, 0.0),
+        Vec3::X * 2.0,
+        Vec3::Y,
         Vec3::new(3.0, 2.0, 1.0),
     );
     light.visible()
@@ -55,7 +55,7 @@ fn lights_are_seen_where_nothing_is_before_them() {
     for pixel in 0..SIZE * SIZE {
         let (x, y) = ((pixel % SIZE) as f32 - 19.5, 19.5 - (pixel / SIZE) as f32);
         // The occluder ends at x = 0, which is before the pixels right of the middle.
-        let seen = (0.0..9.5).contains(&x) && y.abs() < 5.5;
+        let seen = (0.0..10.0).contains(&x) && y.abs() < 5.0;
         let expected = if seen { screen().radiance } else { Vec3::ZERO };
         assert_eq!(image.emission[pixel as usize], expected, "{x} {y}");
         if seen {
@@ -115,8 +115,7 @@ fn textures_and_disks_are_seen() {
 
 #[test]
 fn a_light_before_the_background_is_seen() {
-    let plain = blocker_over_floor();
-    let light = screen().moved(Vec3::new(0.0, 3.5, -6.0));
-    let image = render(Scene { lights: vec![light], ..plain }, 1);
-    assert!(image.emission.iter().any(|&seen| seen == light.radiance));
+    let mesh = quads(&[(Vec3::new(-2.0, -2.0, 1.0), Vec3::X * 2.0, Vec3::Y * 4.0)]);
+    let image = render(Scene { mesh: Arc::new(mesh), ..scene(vec![screen()]) }, 1);
+    assert_eq!(image.radiance, render(scene(vec![screen()]), 1).emission);
 }
