@@ -43,11 +43,12 @@ pub(crate) fn file(name_or_path: &str) -> Option<PathBuf> {
 }
 
 impl Ready {
-    /// Returns the files that the scene of this name was made of, as far as they are known: its own and its meshes.
+    /// Returns the files that the scene of this name was made of, as far as they are known: its own, its meshes, and their materials and textures.
     pub(crate) fn files(&self, name_or_path: &str) -> Vec<PathBuf> {
         let Some(scene) = file(name_or_path) else { return Vec::new() };
         let folder = scene.parent().unwrap_or(Path::new("")).to_owned();
         let meshes = self.report.meshes.iter().map(|mesh| folder.join(&mesh.source));
-        meshes.filter(|mesh| mesh.is_file()).chain([scene.clone()]).collect()
+        let all = meshes.chain(self.report.files.iter().cloned());
+        all.filter(|file| file.is_file()).chain([scene.clone()]).collect()
     }
 }

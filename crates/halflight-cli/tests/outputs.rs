@@ -124,12 +124,15 @@ fn what_is_there_survives_a_full_disk() {
 fn outputs_do_not_overwrite_each_other_or_what_is_read() {
     let place = place("overwriting");
     let scene = "[camera]\neye = [0, 3, 0]\ntarget = [0, 0, 0]\nup = [0, 0, -1]\nfov_y_deg = 50\n[[light]]\n\
-        corner = [-0.5, 2, -0.5]\nedge_u = [1, 0, 0]\nedge_v = [0, 0, 1]\nradiance = [10, 10, 10]\n[[mesh]]\n\
-        file = \"floor.obj\"\n";
-    let floor = "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n";
+        corner = [-0.5, 2, -0.5]\nedge_u = [1, 0, 0]\nedge_v = [0, 0, 1]\nradiance = [10, 10, 10]\n\
+        texture = \"screen.png\"\n[[mesh]]\nfile = \"floor.obj\"\n";
+    let floor = "mtllib floor.mtl\nusemtl wood\nv -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n";
     fs::create_dir(place.path("sub")).unwrap();
     fs::write(place.path("sub/scene.toml"), scene).unwrap();
     fs::write(place.path("sub/floor.obj"), floor).unwrap();
+    fs::write(place.path("sub/floor.mtl"), "newmtl wood\nmap_Kd wood.png\n").unwrap();
+    place.good("render contact --size 8x8 --refiner per-pixel --samples 4 --png sub/screen.png");
+    fs::copy(place.path("sub/screen.png"), place.path("sub/wood.png")).unwrap();
     fs::write(place.path("seed.toml"), "seed = 1\n").unwrap();
     symlink("sub/floor.obj", place.path("link")).unwrap();
     let before = place.files();
@@ -140,6 +143,9 @@ fn outputs_do_not_overwrite_each_other_or_what_is_read() {
         (&format!("{SMALL} --png - --stats /dev/stdout"), "--png and --stats both write to standard output"),
         ("render sub/scene.toml --png sub/scene.toml", "--png would overwrite sub/scene.toml"),
         ("render sub/scene.toml --png sub/floor.obj", "would overwrite sub/floor.obj"),
+        ("render sub/scene.toml --png sub/screen.png", "--png would overwrite sub/screen.png"),
+        ("render sub/scene.toml --png sub/wood.png", "--png would overwrite sub/wood.png"),
+        ("render sub/scene.toml --stats sub/floor.mtl", "--stats would overwrite sub/floor.mtl"),
         ("render sub/scene.toml --fragment-map link", "would overwrite sub/floor.obj"),
         ("render contact --config seed.toml --stats seed.toml", "would overwrite seed.toml"),
         ("reference sub/scene.toml --out sub/floor.obj", "--out would overwrite sub/floor.obj"),

@@ -71,11 +71,11 @@ pub(crate) struct LobeLight<'a> {
 }
 
 impl<'a> LobeLight<'a> {
-    /// A light of a frame whose `fragments` are known. `bvh` is the one over its mesh. Lobes have as many rays as the largest of the fragments' masks have light
-    /// samples.
+    /// A light of a frame whose `fragments` are known. `bvh` is the one over its mesh. Lobes have half as many rays as the largest of the fragments' masks
+    /// has light samples, since they look at what they reflect alone, but no fewer than were asked for.
     pub(crate) fn new(bvh: &'a Bvh, frame: &'a Frame<'a>, number: u32, fragments: &Fragments) -> Self {
         let largest = fragments.batches().iter().map(|batch| batch.pattern().len()).max();
-        let rays = largest.unwrap_or(0).max(frame.pattern.len());
+        let rays = (largest.unwrap_or(0) / 2).max(frame.pattern.len());
         Self { bvh, frame, number, outline: Outline::new(frame.light(number)), rays }
     }
 

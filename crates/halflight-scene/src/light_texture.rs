@@ -97,6 +97,11 @@ impl TextureEntry {
         self.name.contains('#').then_some(self.fps)
     }
 
+    /// Files of the texture, one for each frame of a video; or why there are none.
+    pub(crate) fn files(&self, folder: &Path) -> Result<Vec<PathBuf>, String> {
+        if self.video_fps().is_some() { self.frames(folder) } else { Ok(vec![folder.join(&self.name)]) }
+    }
+
     /// Reads the textures of a light, one for each frame of a video.
     pub(crate) fn load(
         &self,
@@ -105,11 +110,7 @@ impl TextureEntry {
         folder: &Path,
     ) -> Result<Vec<Arc<LightTexture>>, SceneError> {
         let fault = |message: String| scene.fault(self.line, format!("[[light]] {message}"));
-        let files = if self.video_fps().is_some() {
-            self.frames(folder).map_err(fault)?
-        } else {
-            vec![folder.join(&self.name)]
-        };
+        let files = self.files(folder).map_err(fault)?;
         let mut textures: Vec<Arc<LightTexture>> = Vec::with_capacity(files.len());
         let mut texels = 0;
         for file in files {

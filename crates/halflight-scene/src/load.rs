@@ -68,6 +68,12 @@ pub(crate) fn load(text: &str, name: &str, folder: &Path) -> Result<Loaded, Scen
             break;
         }
     }
+    report.files.extend(context.libraries.keys().chain(context.textures.by_path.keys()).cloned());
+    report.files.extend(context.alpha.by_path.keys().cloned());
+    let entries = file.textures.iter().flatten();
+    report.files.extend(entries.filter_map(|entry| entry.files(folder).ok()).flatten());
+    report.files.sort();
+    report.files.dedup();
     report.warnings = context.warnings;
     all.textures = context.textures.textures;
     all.alpha_masks = context.alpha.masks;

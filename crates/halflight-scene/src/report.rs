@@ -1,10 +1,14 @@
 //! Report of loading a scene's meshes.
 
+use std::path::PathBuf;
+
 /// Report of loading a scene's meshes, one entry per `[[mesh]]` in the order of the file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LoadReport {
     /// Entries, one per mesh.
     pub meshes: Vec<MeshReport>,
+    /// Files of material libraries and textures that were looked for, in the order of their paths.
+    pub files: Vec<PathBuf>,
     /// Warnings about content that is not supported or had to be guessed; each occurs once.
     pub warnings: Vec<String>,
 }
