@@ -138,7 +138,7 @@ impl Specular {
         }
         visible.resize(out.len(), Vec3::ZERO);
         let tasks = out.par_chunks_mut(TASK).zip(visible.par_chunks_mut(TASK)).zip(known.par_chunks(TASK));
-        let task = |(task, ((out, visible), known)): (usize, ((&mut [Vec3], &mut [Vec3]), &[Known]))| {
+        let task = |task: usize, out: &mut [Vec3], visible: &mut [Vec3], known: &[Known]| {
             pool.lend(Scratch::default, |scratch| {
                 let mut rays = 0;
                 for (place, known) in known.iter().enumerate() {
@@ -157,7 +157,7 @@ impl Specular {
                 rays
             })
         };
-        tasks.enumerate().map(task).sum()
+        tasks.enumerate().map(|(number, ((out, visible), known))| task(number, out, visible, known)).sum()
     }
 
     /// Specular radiance of a sub-sample, which takes its visible fraction from `pixel` or, without one, traces its own.

@@ -167,8 +167,8 @@ impl Antialias {
             let starts = &samples.starts()[task * TASK..=task * TASK + sums.len()];
             let mut rays = 0;
             for (sum, range) in sums.iter_mut().zip(starts.windows(2)) {
-                for entry in range[0]..range[1] {
-                    let source = match sources[entry] {
+                for (entry, source) in (range[0]..range[1]).zip(&sources[range[0]..range[1]]) {
+                    let source = match *source {
                         Source::Whole => break,
                         Source::Background => continue,
                         Source::Pixel(pixel) => Some(pixel as usize),

@@ -36,16 +36,16 @@ const POINTS: usize = 16;
 
 /// Gauss's rule of four points on 0 … 1, and that for the weight 1 − x there (Gauss–Jacobi): points and weights, which sum to 1.
 const GAUSS: [(f32, f32); 4] = [
-    (0.069_431_845, 0.173_927_42),
-    (0.330_009_48, 0.326_072_58),
+    (0.069_431_84, 0.173_927_42),
+    (0.330_009_5, 0.326_072_58),
     (0.669_990_5, 0.326_072_58),
     (0.930_568_16, 0.173_927_42),
 ];
 const JACOBI: [(f32, f32); 4] = [
-    (0.057_104_197, 0.270_962_2),
-    (0.276_843_02, 0.407_138_58),
-    (0.583_590_4, 0.259_698_44),
-    (0.860_240_1, 0.062_200_8),
+    (0.057_104_196, 0.271_013_83),
+    (0.276_843, 0.406_929_14),
+    (0.583_590_45, 0.259_695_08),
+    (0.860_240_16, 0.062_361_94),
 ];
 
 /// Rule of degree 7 on a triangle, by the product of both (Stroud's conical product): weights of the second and third corner, and of the point.
@@ -310,4 +310,27 @@ fn evaluate(emitter: &Emitter, lobe: &Lobe, [a, b, c]: [Vec2; 3]) -> (Shares<Vec
         share += crate::compose::luminance(rgb * emitter.light.radiance);
     }
     (shares, share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Integrals of powers of the two coordinates over the triangle, whose area counts as 1: 2 m! n! / (m + n + 2)!.
+    #[test]
+    fn the_rule_is_exact_up_to_degree_7() {
+        let factorial = |n: i32| (1..=n).map(f64::from).product::<f64>();
+        for m in 0..=7 {
+            for n in 0..=7 - m {
+                let power = |point: usize| {
+                    let [x, y, weight] = RULE.map(|row| f64::from(row[point]));
+                    weight * x.powi(m) * y.powi(n)
+                };
+                let sum: f64 = (0..POINTS).map(power).sum();
+                let expected = 2.0 * factorial(m) * factorial(n) / factorial(m + n + 2);
+                // Points and weights are single precision.
+                assert!((sum - expected).abs() < 2e-7, "{m} {n}: {sum} {expected}");
+            }
+        }
+    }
 }

@@ -75,7 +75,6 @@ impl Kernel for Trace<'_> {
 
 impl Tracer {
     /// Traces up to `count` rays. Returns the visible fraction by channel, and the number of rays.
-    #[expect(clippy::too_many_arguments, reason = "all differ from lobe to lobe")]
     pub(super) fn visible(
         &mut self,
         occluders: Occluders,
