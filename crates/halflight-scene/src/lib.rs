@@ -77,7 +77,7 @@
 //! | file | what is read |
 //! | --- | --- |
 //! | OBJ | `v`, `vt`, `vn`, `f`, `usemtl`, `mtllib`; coordinates in double precision until the transform has been applied |
-//! | MTL | `Kd`, `map_Kd` and `map_d` with `-s` and `-o`; `Pr`, `Pm`; `Ks`, `Ns` and `Ke` where the scene file asks |
+//! | MTL | `Kd`, `map_Kd` and `map_d` with `-s` and `-o`; `Pr`, `Pm` and `Ks` with them; `Ks` with `Ns`, and `Ke`, where the scene file asks |
 //! | PLY | ASCII and binary; `vertex` with positions, normals and texture coordinates, `face` and `tristrips`; colours of faces (whole numbers are sRGB, others linear); textures by comments `TextureFile` |
 //! | images | PNG, JPEG, TGA, BMP of at most 16384 × 16384 texels, kept in sRGB at four bytes a texel |
 //!
