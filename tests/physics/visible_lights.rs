@@ -119,3 +119,18 @@ fn a_light_before_the_background_is_seen() {
     let image = render(Scene { mesh: Arc::new(mesh), ..scene(vec![screen()]) }, 1);
     assert_eq!(image.radiance, render(scene(vec![screen()]), 1).emission);
 }
+
+/// The rim of an occluder before a light is the mean of both: its edge passes through the middles of pixels.
+#[test]
+fn rims_before_a_light_are_means() {
+    // At a distance of 3 m a pixel has 7.5 cm.
+    let mesh = quads(&[(Vec3::new(-2.0, -2.0, 1.0), Vec3::X * (2.0 + 0.075 * 2.5), Vec3::Y * 4.0)]);
+    for antialias in [4, 8, 16] {
+        let image = render(Scene { mesh: Arc::new(mesh.clone()), ..scene(vec![screen()]) }, antialias);
+        let row = (SIZE * SIZE / 2) as usize;
+        let part = image.emission[row + 22].x / screen().radiance.x;
+        assert!((part - 0.5).abs() < 0.13, "{antialias}: {part}");
+        assert_eq!(image.radiance[row + 22], image.emission[row + 22]);
+        assert_eq!((image.emission[row + 21], image.emission[row + 23]), (Vec3::ZERO, screen().radiance));
+    }
+}

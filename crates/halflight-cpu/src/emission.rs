@@ -51,43 +51,66 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// Replaces the radiance of pixels by that of visible lights before their surfaces, sub-sample by sub-sample at `offsets` from the pixels' centres, and
-/// writes the part that lights emit. A surface counts with its distance at the pixel's centre: lights before an edge are not antialiased against what
-/// hides them.
-pub(crate) fn add(
-    scene: &Scene,
-    gbuffer: &GBuffer,
-    offsets: &[Vec2],
-    radiance: &mut [Vec3],
-    emission: &mut Vec<Vec3>,
-) {
-    let (width, view) =
-        (gbuffer.width.max(1) as usize, View::new(&scene.camera, gbuffer.width, gbuffer.height));
-    let lights: Vec<Seen> =
-        scene.lights.iter().filter_map(|light| Seen::new(scene, light, view.eye)).collect();
-    emission.resize(radiance.len(), Vec3::ZERO);
-    if lights.is_empty() {
-        return;
+/// Lights of a scene that the camera sees.
+pub(crate) struct SeenLights<'a> {
+    view: View,
+    lights: Vec<Seen<'a>>,
+}
+
+impl<'a> SeenLights<'a> {
+    /// The visible lights of a scene in an image of this size; none if no light is visible.
+    pub(crate) fn new(scene: &'a Scene, width: u32, height: u32) -> Option<Self> {
+        if !scene.lights.iter().any(|light| light.visible) {
+            return None;
+        }
+        let view = View::new(&scene.camera, width, height);
+        let lights = scene.lights.iter().filter_map(|light| Seen::new(scene, light, view.eye)).collect();
+        Some(Self { view, lights })
     }
-    let part = 1.0 / offsets.len().max(1) as f32;
-    let rows = radiance.par_chunks_mut(width).zip(emission.par_chunks_mut(width)).enumerate();
-    rows.for_each(|(y, (radiance, emission))| {
-        for (x, (radiance, emission)) in radiance.iter_mut().zip(emission).enumerate() {
-            let depth = gbuffer.depth[y * width + x];
-            let (mut seen, mut others) = (Vec3::ZERO, 0);
-            for offset in offsets {
-                let (x, y) = (x as f64 + 0.5 + f64::from(offset.x), y as f64 + 0.5 + f64::from(offset.y));
-                let d = view.through(x, y);
-                let found = lights.iter().filter_map(|light| light.along(d)).filter(|(t, _)| *t < depth);
-                match found.min_by(|(a, _), (b, _)| a.total_cmp(b)) {
-                    Some((_, emitted)) => seen += emitted,
-                    None => others += 1,
+
+    /// Radiance of the nearest light before `depth` at an offset from the centre of a pixel; none where there is no light.
+    pub(crate) fn before(&self, depth: f32, x: usize, y: usize, offset: Vec2) -> Option<Vec3> {
+        let (x, y) = (x as f64 + 0.5 + f64::from(offset.x), y as f64 + 0.5 + f64::from(offset.y));
+        let d = self.view.through(x, y);
+        let found = self.lights.iter().filter_map(|light| light.along(d)).filter(|(t, _)| *t < depth);
+        found.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, radiance)| radiance)
+    }
+
+    /// Replaces the radiance of pixels by that of lights before their surfaces, as a mean over `offsets` from the pixels' centres, and writes the part
+    /// that lights emit. The surface has its distance at the centre everywhere. Offsets whose bit `traced` has, a word a pixel, take no part; empty, it
+    /// has none.
+    pub(crate) fn add(
+        &self,
+        gbuffer: &GBuffer,
+        offsets: &[Vec2],
+        traced: &[u16],
+        radiance: &mut [Vec3],
+        emission: &mut Vec<Vec3>,
+    ) {
+        let width = gbuffer.width.max(1) as usize;
+        emission.resize(radiance.len(), Vec3::ZERO);
+        if self.lights.is_empty() {
+            return;
+        }
+        let rows = radiance.par_chunks_mut(width).zip(emission.par_chunks_mut(width)).enumerate();
+        rows.for_each(|(y, (radiance, emission))| {
+            for (x, (radiance, emission)) in radiance.iter_mut().zip(emission).enumerate() {
+                let pixel = y * width + x;
+                let (depth, traced) = (gbuffer.depth[pixel], traced.get(pixel).copied().unwrap_or(0));
+                let (mut seen, mut others, mut all) = (Vec3::ZERO, 0, 0);
+                for (_, &offset) in offsets.iter().enumerate().filter(|(bit, _)| traced >> bit & 1 == 0) {
+                    all += 1;
+                    match self.before(depth, x, y, offset) {
+                        Some(emitted) => seen += emitted,
+                        None => others += 1,
+                    }
+                }
+                if others < all {
+                    let part = 1.0 / all as f32;
+                    *emission = seen * part;
+                    *radiance = *radiance * (others as f32 * part) + *emission;
                 }
             }
-            if others < offsets.len() {
-                *emission = seen * part;
-                *radiance = *radiance * (others as f32 * part) + *emission;
-            }
-        }
-    });
+        });
+    }
 }

@@ -24,6 +24,7 @@ use halflight_core::values::Values;
 use crate::antialias::Antialias;
 use crate::beam::Beam;
 use crate::compose::{self, Totals, luminance};
+use crate::emission::SeenLights;
 use crate::flush::{self, FlushLight};
 use crate::irradiance::{self, Shading};
 use crate::prepared::PreparedScene;
@@ -31,7 +32,7 @@ use crate::refine::{Lattice, Quality};
 use crate::requests::Requests;
 use crate::specular::{LobeLight, Specular};
 use crate::textured::SeenTexture;
-use crate::{emission, gbuffer, pyramid, upsample};
+use crate::{gbuffer, pyramid, upsample};
 pub use builder::PipelineBuilder;
 pub use error::PipelineError;
 
@@ -363,7 +364,9 @@ impl State {
             if let Some(antialias) = &mut antialias {
                 if number == 0 {
                     // The only light is the whole irradiance.
-                    let irradiance = (scene.lights.len() == 1).then_some(&image.irradiance[..]);
+                    // Edges before lights that the camera sees matter in the dark as well.
+                    let whole = scene.lights.len() == 1 && !scene.lights[0].visible;
+                    let irradiance = whole.then_some(&image.irradiance[..]);
                     antialias.prepare(bvh, &frame, builder.antialias, irradiance)?;
                 }
                 let mut requests = Requests::new(visibility.as_mut(), bvh);
@@ -400,20 +403,20 @@ impl State {
         });
         image.radiance.clear();
         clock = Instant::now();
-        let visible = scene.lights.iter().any(|light| light.visible);
-        if antialias.is_some() || visible || !image.specular.is_empty() {
+        image.emission.clear();
+        let seen = SeenLights::new(scene, width, height);
+        if antialias.is_some() || seen.is_some() || !image.specular.is_empty() {
             compose::reflect(gbuffer, &image.irradiance, &image.specular, &mut image.radiance);
+        }
+        if let Some(seen) = seen {
+            let offsets = subpixel::offsets(builder.antialias)?;
+            let traced = antialias.as_ref().map_or(&[][..], |antialias| antialias.traced());
+            seen.add(gbuffer, offsets, traced, &mut image.radiance, &mut image.emission);
         }
         stats.stages_ms.compose += lap(&mut clock);
         if let Some(antialias) = &antialias {
-            stats.antialias = antialias.resolve(&mut image.radiance);
+            stats.antialias = antialias.resolve(&mut image.radiance, &mut image.emission);
             stats.stages_ms.antialias += lap(&mut clock);
-        }
-        image.emission.clear();
-        if visible {
-            let offsets = subpixel::offsets(builder.antialias)?;
-            emission::add(scene, gbuffer, offsets, &mut image.radiance, &mut image.emission);
-            stats.stages_ms.compose += lap(&mut clock);
         }
         stats.total_ms = start.elapsed().as_secs_f64() * 1e3;
 

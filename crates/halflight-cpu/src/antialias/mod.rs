@@ -15,7 +15,7 @@ mod rays;
 mod sources;
 mod surfaces;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use halflight_core::frame::Frame;
 use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::stages::Visibility;
@@ -25,6 +25,7 @@ use halflight_core::values::Values;
 use rayon::prelude::*;
 
 use crate::bvh::Bvh;
+use crate::emission::SeenLights;
 use crate::irradiance::{Shading, fraction, query_sums, sampled_texture};
 use crate::specular::{LobeLight, Specular};
 use crate::textured::{SeenTexture, StrataRadiance};
@@ -53,6 +54,10 @@ pub(crate) struct Antialias {
     own: Vec<Vec3>,
     /// Radiance of the edge pixels, W/m²/sr, summed over their sub-samples.
     sums: Vec<Vec3>,
+    /// Part of it that lights emit; empty where the camera sees none.
+    emitted: Vec<Vec3>,
+    /// Offsets of the sub-samples of each pixel that were traced, a bit each; empty where the camera sees no light.
+    traced: Vec<u16>,
     counts: AntialiasCounts,
 }
 
@@ -100,7 +105,43 @@ impl Antialias {
             self.asking
                 .extend(sources.iter().enumerate().filter(own).map(|(place, _)| (range[0] + place, edge)));
         }
+        // After the choice of those that ask: others take their values.
+        self.see_lights(frame, offsets);
         Ok(())
+    }
+
+    /// Gives sub-samples that see a light its radiance instead of that of their surfaces.
+    fn see_lights(&mut self, frame: &Frame, offsets: &[Vec2]) {
+        let (width, height) = (frame.gbuffer.width, frame.gbuffer.height);
+        self.emitted.clear();
+        self.traced.clear();
+        let Some(lights) = SeenLights::new(frame.scene, width, height) else { return };
+        self.emitted.resize(self.sums.len(), Vec3::ZERO);
+        self.traced.resize(frame.gbuffer.pixels(), 0);
+        let Self { samples, sources, sums, emitted, traced, .. } = self;
+        for (edge, range) in samples.starts().windows(2).enumerate() {
+            let range = range[0]..range[1];
+            if sources.get(range.start).is_none_or(|&source| source == Source::Whole) {
+                continue;
+            }
+            for entry in range {
+                let sample = samples.all()[entry];
+                let (pixel, offset) = (sample.pixel as usize, usize::from(sample.offset));
+                traced[pixel] |= 1 << offset;
+                let (x, y) = (pixel % width as usize, pixel / width as usize);
+                let depth = samples.surfaces.depth[entry];
+                if let Some(radiance) = lights.before(depth, x, y, offsets[offset]) {
+                    sums[edge] += radiance;
+                    emitted[edge] += radiance;
+                    sources[entry] = Source::Background;
+                }
+            }
+        }
+    }
+
+    /// Offsets of the sub-samples of each pixel that were traced, a bit each; empty where the camera sees no light.
+    pub(crate) fn traced(&self) -> &[u16] {
+        &self.traced
     }
 
     /// Adds one light, whose values at the pixels are `planes`.
@@ -184,15 +225,20 @@ impl Antialias {
         sums.par_chunks_mut(TASK).enumerate().map(|(task, sums)| add(task, sums)).sum()
     }
 
-    /// Replaces the radiance of pixels that see several surfaces by the mean over their sub-samples. Returns counts.
-    pub(crate) fn resolve(&self, radiance: &mut [Vec3]) -> AntialiasCounts {
+    /// Replaces the radiance of pixels that see several surfaces, and the part of it that lights emit, by means over their sub-samples. Returns
+    /// counts.
+    pub(crate) fn resolve(&self, radiance: &mut [Vec3], emission: &mut [Vec3]) -> AntialiasCounts {
         let part = 1.0 / self.count.max(1) as f32;
-        let edges = self.samples.starts().windows(2).zip(self.edges.all()).zip(&self.sums);
-        for ((range, edge), sum) in edges {
+        let edges = self.samples.starts().windows(2).zip(self.edges.all()).zip(&self.sums).enumerate();
+        for (number, ((range, edge), sum)) in edges {
+            let emitted = self.emitted.get(number).copied().unwrap_or(Vec3::ZERO);
             if self.sources[range[0]] != Source::Whole {
                 let centre = 1.0 - (range[1] - range[0]) as f32 * part;
                 let radiance = &mut radiance[edge.pixel as usize];
                 *radiance = *radiance * centre + *sum * part;
+                if let Some(emission) = emission.get_mut(edge.pixel as usize) {
+                    *emission = *emission * centre + emitted * part;
+                }
             }
         }
         self.counts
@@ -206,6 +252,7 @@ impl Antialias {
             + self.asking.capacity() * size_of::<(usize, usize)>()
             + self.batch.bytes()
             + self.own.capacity() * size_of::<Vec3>()
-            + self.sums.capacity() * size_of::<Vec3>()
+            + (self.sums.capacity() + self.emitted.capacity()) * size_of::<Vec3>()
+            + self.traced.capacity() * size_of::<u16>()
     }
 }
