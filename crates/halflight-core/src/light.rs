@@ -7,7 +7,7 @@ use std::f32::consts::FRAC_PI_4;
 
 use glam::{Vec2, Vec3};
 
-use crate::limits::MAX_COORDINATE;
+use crate::limits::{MAX_COORDINATE, MAX_RADIANCE};
 pub use extent::Extent;
 pub use polygon::{Polygon, PolygonError};
 
@@ -124,6 +124,14 @@ pub enum LightError {
     /// Only parallelograms have textures.
     #[error("light {index} has a texture and is no parallelogram: only parallelograms have textures")]
     TexturedShape {
+        /// Index of the light in the scene.
+        index: usize,
+    },
+    /// Single precision cannot work with radiances so large.
+    #[error(
+        "light {index} has a radiance of {MAX_RADIANCE:e} W/m²/sr or more: choose a smaller unit for all lights"
+    )]
+    TooBright {
         /// Index of the light in the scene.
         index: usize,
     },
@@ -366,6 +374,9 @@ impl AreaLight {
         if self.radiance.min_element() < 0.0 {
             return Err(LightError::Negative { index });
         }
+        if self.radiance.max_element() >= MAX_RADIANCE {
+            return Err(LightError::TooBright { index });
+        }
         if self.texture.is_some() && self.extent() != Extent::Whole {
             return Err(LightError::TexturedShape { index });
         }
@@ -439,6 +450,8 @@ mod tests {
             assert!((share * light.frame_area() / light.area() - 1.0).abs() < 3e-3, "{light:?}");
             assert_eq!(light.validate(0), Ok(()));
             assert_eq!(light.textured(0).validate(3), Err(LightError::TexturedShape { index: 3 }));
+            let bright = AreaLight { radiance: Vec3::new(0.0, 1e30, 0.0), ..light };
+            assert_eq!(bright.validate(1), Err(LightError::TooBright { index: 1 }));
             let back = light.reversed();
             assert!(back.normal().abs_diff_eq(-light.normal(), 1e-6));
             assert!((back.area() / light.area() - 1.0).abs() < 1e-6);
