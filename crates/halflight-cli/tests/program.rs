@@ -85,15 +85,18 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
             "irradiance",
             "pyramid",
             "refine",
+            "specular",
             "upsample",
             "visibility"
         ]
     );
     let mut rays = keys(&stats["rays"]);
     rays.sort_unstable();
-    assert_eq!(rays, ["final", "refine", "skipped", "total"]);
+    assert_eq!(rays, ["final", "refine", "skipped", "specular", "total"]);
     let count = |key: &str| stats["rays"][key].as_u64().unwrap();
-    assert_eq!(count("total"), count("refine") + count("final"));
+    assert_eq!(count("total"), count("refine") + count("final") + count("specular"));
+    // The scene is matte.
+    assert_eq!(count("specular"), 0);
     let levels = stats["fragments"]["per_level"].as_array().unwrap();
     let total: u64 = levels.iter().map(|count| count.as_u64().unwrap()).sum();
     assert_eq!(stats["fragments"]["total"].as_u64(), Some(total));

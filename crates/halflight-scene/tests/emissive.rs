@@ -40,7 +40,7 @@ fn vertices(points: &[[f32; 2]]) -> String {
 const QUAD: [[f32; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [0.0, 0.5]];
 
 fn quad() -> AreaLight {
-    AreaLight::parallelogram(Vec3::new(0.0, 2.0, 0.0), Vec3::X, Vec3::Z * 0.5, KE)
+    AreaLight::parallelogram(Vec3::new(0.0, 2.0, 0.0), Vec3::X, Vec3::Z * 0.5, KE).visible()
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn a_grid_of_faces_is_one_light() {
         }
     }
     let (lights, _) = lights("grid", &text);
-    let expected = AreaLight::parallelogram(Vec3::new(0.0, 2.0, 0.0), Vec3::X, Vec3::Z * 0.75, KE);
+    let expected = AreaLight::parallelogram(Vec3::new(0.0, 2.0, 0.0), Vec3::X, Vec3::Z * 0.75, KE).visible();
     assert_eq!(lights, [expected]);
 }
 
@@ -106,7 +106,7 @@ fn convex_faces_are_polygons() {
     let (found, warnings) = lights("hexagon", &format!("{}f 4 5 6 7 8 9\n", vertices(&hexagon)));
     assert_eq!(warnings, [""; 0]);
     let corners: Vec<Vec3> = hexagon.iter().map(|&[x, z]| Vec3::new(x, 2.0, z)).collect();
-    assert_eq!(found, [AreaLight::polygon(&corners, KE).unwrap()]);
+    assert_eq!(found, [AreaLight::polygon(&corners, KE).unwrap().visible()]);
     assert_eq!(found[0].normal(), -Vec3::Y);
     // A fan around the middle has the same outline.
     let fan = "v 0 2 0\nf 10 4 5\nf 10 5 6\nf 10 6 7\nf 10 7 8\nf 10 8 9\nf 10 9 4\n";
@@ -123,7 +123,7 @@ fn lights_follow_the_transform_of_their_mesh() {
         load(name, &faces, &keys).unwrap().scene.lights[1]
     };
     let scaled = place("scaled", "scale = [2, 1, 4], translate = [0, 1, 0]");
-    assert_eq!(scaled, AreaLight::parallelogram(Vec3::Y * 3.0, Vec3::X * 2.0, Vec3::Z * 2.0, KE));
+    assert_eq!(scaled, AreaLight::parallelogram(Vec3::Y * 3.0, Vec3::X * 2.0, Vec3::Z * 2.0, KE).visible());
     let turned = place("turned", "rotate_deg = [90, 0, 0]");
     // A quarter turn about x takes y to z and z to -y; cosines of 90 degrees are 6e-17.
     assert!(
