@@ -21,7 +21,7 @@ impl Default for Specular {
 }
 
 impl Specular {
-    /// What a surface point of base colour `base` reflects.
+    /// Specular reflection of a surface point of base colour `base`.
     #[inline]
     pub fn surface(&self, base: Vec3) -> SurfaceSpecular {
         SurfaceSpecular { f0: self.reflectance.lerp(base, self.metallic), roughness: self.roughness }

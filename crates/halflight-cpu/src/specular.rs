@@ -36,7 +36,7 @@ const RAYS: (usize, usize) = (16, 4096);
 /// Distinguishes the random numbers of lobes from those of light samples.
 const LOBES: u32 = 0x5bec_0a11;
 
-/// What is known of a pixel's lobe before any ray.
+/// Knowledge of a pixel's lobe before any ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Known {
     Lit,

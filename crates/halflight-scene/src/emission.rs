@@ -14,7 +14,7 @@ pub(crate) struct Emission {
     /// True if a texture (`map_Ke`) multiplies it.
     pub(crate) textured: bool,
     /// Path of the library.
-    pub(crate) library: PathBuf,
+    pub(crate) file: PathBuf,
     /// Line of the statement in the library.
     pub(crate) line: usize,
     /// Name of the material, as shown in messages.
@@ -26,7 +26,7 @@ pub(crate) fn warn_of_unused(emission: &[Option<Emission>], context: &mut Contex
     for emission in emission.iter().flatten() {
         context.warn(format!(
             "{}: emission (Ke) is not used; write emissive = \"lights\" or \"ignore\" in the [[mesh]], or add a [[light]]",
-            emission.library.display()
+            emission.file.display()
         ));
     }
 }

@@ -107,7 +107,7 @@ pub(crate) fn emission(library: &Library, index: usize) -> Option<Emission> {
     (material.ke != Vec3::ZERO || material.map_ke).then(|| Emission {
         radiance: material.ke,
         textured: material.map_ke,
-        library: library.path.clone(),
+        file: library.path.clone(),
         line: material.emission_line,
         material: shown(&material.name),
     })

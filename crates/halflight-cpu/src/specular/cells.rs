@@ -65,7 +65,7 @@ static RULE: LazyLock<[[f32; POINTS]; 3]> = LazyLock::new(|| {
 pub(super) struct Cell {
     /// Corners in the coordinates of the light's frame.
     pub(super) corners: [Vec2; 3],
-    /// What the lobe reflects of it per unit radiance of the light, without the Fresnel term, by luminance of the texture.
+    /// Light that the lobe reflects of it per unit radiance, without the Fresnel term, by luminance of the texture.
     pub(super) share: f32,
 }
 
@@ -122,7 +122,7 @@ impl<'a> Emitter<'a> {
         self.corner + self.u * uv.x + self.v * uv.y
     }
 
-    /// What the lobe reflects of the light around a point, per area of the frame's unit square and unit radiance: that of normal incidence and
+    /// Light that the lobe reflects around a point, per area of the frame's unit square and unit radiance: that of normal incidence and
     /// Schlick's weight.
     #[inline(always)]
     pub(super) fn reflected(&self, lobe: &Lobe, to: Vec3) -> (f32, f32) {
@@ -283,7 +283,7 @@ multiversion! {
     }
 }
 
-/// What the lobe reflects of a triangle of the light.
+/// Integrates what the lobe reflects of a triangle of the light.
 fn evaluate(emitter: &Emitter, lobe: &Lobe, [a, b, c]: [Vec2; 3]) -> (Shares<Vec3>, f32) {
     let (ab, ac) = (b - a, c - a);
     let area = 0.5 * ab.perp_dot(ac).abs();

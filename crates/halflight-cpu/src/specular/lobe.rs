@@ -113,7 +113,7 @@ mod tests {
     fn smooth_surfaces_reflect_all_and_rough_ones_lose_some() {
         for roughness in [0.05f32, 0.1, 0.2] {
             let all = albedo(&lobe(roughness, 0.5), roughness * roughness);
-            // What masking takes grows with α²: under 1 % at 0.04.
+            // Losses by masking grow with α²: under 1 % at 0.04.
             assert!((all - 1.0).abs() < 0.01, "{roughness} {all}");
         }
         let rough = albedo(&lobe(1.0, 0.0), 1.0);

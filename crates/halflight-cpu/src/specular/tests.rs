@@ -7,7 +7,7 @@ use halflight_core::specular::SurfaceSpecular;
 use super::cells::{Cells, Emitter, Outline};
 use super::lobe::Lobe;
 
-/// What GGX reflects of a light of unit radiance, without Fresnel term and with Schlick's weight: the midpoint rule over `side` · `side`
+/// Integral of GGX over a light of unit radiance, without Fresnel term and with Schlick's weight: the midpoint rule over `side` · `side`
 /// points of the light's frame, in double precision.
 fn quadrature(light: &AreaLight, normal: Vec3, view: Vec3, roughness: f32, side: usize) -> [f64; 2] {
     let (normal, view) = (normal.as_dvec3(), view.as_dvec3());

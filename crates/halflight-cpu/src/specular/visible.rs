@@ -22,7 +22,7 @@ pub(super) struct Tracer {
 #[derive(Clone, Copy, Debug)]
 struct Point {
     end: Vec3,
-    /// What the lobe reflects around it, over its density, by channel.
+    /// Light that the lobe reflects around it, over its density, by channel.
     weight: Vec3,
 }
 

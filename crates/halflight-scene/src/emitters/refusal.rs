@@ -56,7 +56,7 @@ impl Refusals {
     /// Message about all refusals, if there are any: file, line, material, number, place and reason.
     pub(super) fn message(&self, emission: &Emission, source: &str) -> Option<String> {
         let (refusal, corner) = self.first?;
-        let (library, line, material) = (emission.library.display(), emission.line, &emission.material);
+        let (library, line, material) = (emission.file.display(), emission.line, &emission.material);
         let Self { refused, emitters, .. } = self;
         Some(format!(
             "{library}:{line}: {refused} of {emitters} emitters of material `{material}` in `{source}` cannot be lights: \
