@@ -11,6 +11,7 @@ const TANGENT_PLANE: &str = "halflight-cpu/src/tangent_plane.rs";
 const LATTICE: &str = "halflight-cpu/src/refine/lattice/mod.rs";
 const SPLIT_TEST: &str = "halflight-cpu/src/refine/lattice/split_test.rs";
 const DENOISE: &str = "halflight-cpu/src/refine/lattice/denoise.rs";
+const SEEN: &str = "halflight-cpu/src/textured/seen.rs";
 const STATS: &str = "halflight-gpu/src/stats.rs";
 
 const PAIRS: &[Pair] = &[
@@ -37,9 +38,13 @@ const PAIRS: &[Pair] = &[
     (("shared/visible_tolerance", "TOLERANCE_IN_VISIBLE_ERROR"), (LATTICE, "TOLERANCE_IN_VISIBLE_ERROR")),
     (("shared/visible_tolerance", "LEAST_DEVIATIONS"), (SPLIT_TEST, "DEVIATIONS")),
     (("shared/visible_tolerance", "FLOOR"), (TARGET, "FLOOR")),
-    (("refine/lattice_smooth", "FROM_ONE"), (DENOISE, "FROM_ONE")),
-    (("refine/lattice_smooth", "FROM_SEVERAL"), (DENOISE, "FROM_SEVERAL")),
-    (("refine/lattice_smooth", "AGREED"), ("halflight-cpu/src/refine/lattice/error_estimate.rs", "AGREED")),
+    (("shared/smoothing", "FROM_ONE"), (DENOISE, "FROM_ONE")),
+    (("shared/smoothing", "FROM_SEVERAL"), (DENOISE, "FROM_SEVERAL")),
+    (("shared/smoothing", "AGREED"), ("halflight-cpu/src/refine/lattice/error_estimate.rs", "AGREED")),
+    (("textured/noise", "NOISE"), (TARGET, "NOISE")),
+    (("textured/noise", "ALONE"), (TARGET, "ALONE")),
+    (("textured/seen", "UNIFORM"), (SEEN, "UNIFORM")),
+    (("textured/seen", "DISTANCE"), (SEEN, "DISTANCE")),
     (("resolve_smooth", "RISE"), ("halflight-core/src/smooth.rs", "RISE")),
     (("shared/counters", "TALLY"), (STATS, "TALLY")),
     (("shared/counters", "BUCKETS"), (STATS, "BUCKETS")),

@@ -88,6 +88,14 @@ impl Bench {
                 [x, y, z, primitive]
             })
             .collect();
+        if let Some(gloss) = renderer.gloss() {
+            let surfaces: Vec<[f32; 4]> = gbuffer
+                .specular
+                .iter()
+                .map(|surface| surface.f0.extend(surface.roughness).to_array())
+                .collect();
+            self.gpu.queue.write_buffer(gloss, 0, bytemuck::cast_slice(&surfaces));
+        }
         self.gpu.queue.write_buffer(renderer.position(), 0, bytemuck::cast_slice(&position));
         self.gpu.queue.write_buffer(renderer.normal(), 0, bytemuck::cast_slice(&normal));
     }

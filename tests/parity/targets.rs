@@ -238,10 +238,10 @@ fn visible_errors_are_bounded_as_on_the_cpu() {
     let [found, expected] = stats(&bench, &mut twins).map(|stats| stats.expected_nmse2.unwrap());
     assert!((0.2..3.0).contains(&(found / expected)), "{found} {expected}");
     // Without smoothing, and with smoothing over everything.
-    twins.alter(&bench, &bounded, ["refine/lattice_smooth", "if varies {", "if false {"]);
+    twins.alter(&bench, &bounded, ["refine/lattice_smooth", "if found.varies {", "if false {"]);
     let unsmoothed = error(&twins);
     assert!(unsmoothed > 1.2 * smoothed, "{unsmoothed} {smoothed}");
-    twins.alter(&bench, &bounded, ["refine/lattice_smooth", "if !agree(sum, pair) {", "if false {"]);
+    twins.alter(&bench, &bounded, ["shared/smoothing", "if !agree(sum, pair) {", "if false {"]);
     let blurred = error(&twins);
     assert!(blurred > 5.0 * smoothed, "{blurred} {smoothed}");
     // With cells as coarse as the target alone allows.

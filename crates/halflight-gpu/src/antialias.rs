@@ -55,6 +55,11 @@ impl Gpu {
             lost += stats.lost;
             let light: Vec<[f32; 4]> = self.read(renderer.image())?;
             let albedo: Vec<[f32; 4]> = self.read(renderer.albedo())?;
+            if let Some(specular) = renderer.specular() {
+                for (radiance, [r, g, b, _]) in radiance.iter_mut().zip(self.read::<[f32; 4]>(specular)?) {
+                    *radiance += Vec3::new(r, g, b) * share;
+                }
+            }
             for (pixel, (light, albedo)) in light.into_iter().zip(albedo).enumerate().take(pixels) {
                 let [light, albedo] = [light, albedo].map(|[r, g, b, _]| Vec3::new(r, g, b));
                 irradiance[pixel] += light * share;

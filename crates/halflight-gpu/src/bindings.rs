@@ -107,6 +107,18 @@ slots! {
     Grid: grid = "array<u32>", "voxels";
     /// Triangles that cover many texels of voxels, behind their number.
     Large: large = "array<atomic<u32>>", "large triangles";
+    /// Textured lights: means over cells of their area, then emission of the strata of light samples.
+    Emitted: emitted = "array<vec4<f32>>", "textured lights";
+    /// Visible fractions of red, green and blue, one a cell, level by level, 1 in the fourth component where there is one; then the same, smoothed.
+    Channels: channels = "array<vec4<f32>>", "samples by channel";
+    /// Values of [`Slot::Plane`] of red, green and blue, one channel after another.
+    Planes: planes = "array<f32>", "values of pixels by channel";
+    /// Specular part of materials; nothing in scenes without glossy surfaces.
+    Glosses: glosses = "array<Gloss>", "glossy materials";
+    /// Specular reflection of surfaces: reflectance at normal incidence, and roughness.
+    Gloss: gloss = "array<vec4<f32>>", "glossy surfaces";
+    /// Specularly reflected radiance of the image.
+    Specular: specular = "array<vec4<f32>>", "specular radiance";
     /// The caller's points or depths.
     GivenPoint: given_point = "texture_2d<f32>", "the caller's points";
     /// The caller's normals.

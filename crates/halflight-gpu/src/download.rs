@@ -1,9 +1,11 @@
 //! Whole frames for programs that wait for them: rendered, and read back as the CPU's.
 
+use std::f32::consts::FRAC_1_PI;
 use std::sync::mpsc;
 
 use glam::Vec3;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
+use halflight_core::specular::SurfaceSpecular;
 use halflight_cpu::pipeline::Image;
 
 use crate::error::GpuError;
@@ -11,6 +13,16 @@ use crate::gpu::Gpu;
 use crate::inputs::{Inputs, Inside};
 use crate::renderer::Renderer;
 use crate::stats::GpuStats;
+
+fn xyz([x, y, z, _]: [f32; 4]) -> Vec3 {
+    Vec3::new(x, y, z)
+}
+
+/// Returns the radiance of pixels where it does not follow from the other layers: albedo/π · irradiance and what is reflected specularly.
+fn radiance(irradiance: &[[f32; 4]], albedo: &[[f32; 4]], specular: &[Vec3]) -> Vec<Vec3> {
+    let diffuse = irradiance.iter().zip(albedo).map(|(&light, &albedo)| xyz(light) * xyz(albedo) * FRAC_1_PI);
+    diffuse.zip(specular).map(|(diffuse, &specular)| diffuse + specular).collect()
+}
 
 impl Gpu {
     /// Renders a frame and waits for it and its statistics.
@@ -43,8 +55,14 @@ impl Gpu {
         let normal: Vec<[u32; 4]> = self.read(renderer.normal())?;
         let albedo: Vec<[f32; 4]> = self.read(renderer.albedo())?;
         let level: Vec<u32> = self.read(renderer.inside(Inside::Owners))?;
-        let xyz = |[x, y, z, _]: [f32; 4]| Vec3::new(x, y, z);
+        let specular = match renderer.specular() {
+            Some(specular) => self.read::<[f32; 4]>(specular)?.into_iter().map(xyz).collect(),
+            None => Vec::new(),
+        };
+        let radiance = radiance(&irradiance, &albedo, &specular);
         let image = Image {
+            radiance,
+            specular,
             width,
             height,
             irradiance: irradiance.into_iter().map(xyz).collect(),
@@ -56,6 +74,11 @@ impl Gpu {
         let vector =
             |[x, y, z, _]: [u32; 4]| Vec3::new(f32::from_bits(x), f32::from_bits(y), f32::from_bits(z));
         gbuffer.shading = normal[position.len()..].iter().copied().map(vector).collect();
+        if let Some(gloss) = renderer.gloss() {
+            let surface =
+                |[r, g, b, roughness]: [f32; 4]| SurfaceSpecular { f0: Vec3::new(r, g, b), roughness };
+            gbuffer.specular = self.read(gloss)?.into_iter().map(surface).collect();
+        }
         for (pixel, (position, normal)) in position.into_iter().zip(normal).enumerate() {
             let primitive = normal[3];
             gbuffer.primitive[pixel] = primitive;

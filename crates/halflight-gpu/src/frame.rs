@@ -89,6 +89,8 @@ pub(crate) struct Frame {
     pub(crate) outline: [u32; 4],
     pub(crate) outline_corners: [[f32; 4]; 12],
     pub(crate) outline_sides: [[f32; 4]; 12],
+    pub(crate) mean_radiance: [f32; 4],
+    pub(crate) texture: [u32; 4],
 }
 
 impl Frame {

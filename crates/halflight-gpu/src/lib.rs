@@ -40,10 +40,12 @@ mod refine;
 mod renderer;
 mod scene;
 mod shader;
+mod specular;
 mod stages;
 mod stats;
 #[cfg(test)]
 mod tests;
+mod textured;
 mod upsample;
 mod visibility;
 

@@ -61,6 +61,7 @@ impl Frame {
             light_normal: light.normal().to_array(),
             two_sided: u32::from(light.two_sided),
             radiance: light.radiance.to_array(),
+            mean_radiance: light.radiance.extend(0.0).to_array(),
             light: number,
             ..self
         }

@@ -16,6 +16,8 @@ use crate::shader::{Replaced, Shader};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Compiler<'a> {
     pub(crate) device: &'a wgpu::Device,
+    /// True if there are textured lights.
+    pub(crate) textured: bool,
     /// Modules from outside, by the names of those that they replace.
     pub(crate) replaced: &'a Replaced<'a>,
 }
@@ -47,6 +49,20 @@ pub(crate) struct Pass {
     bindings: Bindings,
 }
 
+/// Program for uniform lights, and the one for textured lights where there are any.
+#[derive(Debug)]
+pub(crate) struct ByLight {
+    uniform: Pass,
+    textured: Option<Pass>,
+}
+
+impl ByLight {
+    /// Returns the program of a light.
+    pub(crate) fn of(&self, textured: bool) -> &Pass {
+        self.textured.as_ref().filter(|_| textured).unwrap_or(&self.uniform)
+    }
+}
+
 impl Compiler<'_> {
     /// Makes the pipeline of a program from its module and layout.
     ///
@@ -58,7 +74,7 @@ impl Compiler<'_> {
         stages: wgpu::ShaderStages,
         make: impl FnOnce(&wgpu::ShaderModule, &wgpu::PipelineLayout) -> T,
     ) -> Result<(T, Bindings), GpuError> {
-        let Self { device, replaced } = *self;
+        let Self { device, replaced, .. } = *self;
         let label = Some(program.name);
         let Shader { text, slots } = Shader::new(program, replaced)?;
         check_bindings(device, program.name, &slots)?;
@@ -110,6 +126,22 @@ impl Compiler<'_> {
                 })
             })?;
         Ok(Pass { pipeline, bindings })
+    }
+}
+
+impl Compiler<'_> {
+    /// Compiles a program for uniform lights and, where there are textured ones, its twin.
+    ///
+    /// # Errors
+    /// As [`Compiler::pipeline`].
+    pub(crate) fn by_light(
+        &self,
+        (uniform, constants): (Program, &[(&str, f64)]),
+        (twin, twin_constants): (Program, &[(&str, f64)]),
+    ) -> Result<ByLight, GpuError> {
+        let uniform = self.pass(uniform, constants)?;
+        let textured = self.textured.then(|| self.pass(twin, twin_constants)).transpose()?;
+        Ok(ByLight { uniform, textured })
     }
 }
 

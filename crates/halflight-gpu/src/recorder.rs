@@ -5,7 +5,7 @@ use halflight_core::light::AreaLight;
 use crate::bindings::Slot;
 use crate::buffers::Buffers;
 use crate::needs::Needs;
-use crate::pass::Pass;
+use crate::pass::{ByLight, Pass};
 use crate::stats::{Clock, Timed};
 
 /// Size of a dispatch.
@@ -43,6 +43,8 @@ pub(crate) struct Recorder<'a> {
     pub(crate) device: &'a wgpu::Device,
     pub(crate) buffers: &'a Buffers,
     pub(crate) lights: &'a [AreaLight],
+    /// True if the light that is recorded has a texture.
+    pub(crate) textured: bool,
     pub(crate) clock: Option<&'a mut Clock>,
 }
 
@@ -55,6 +57,11 @@ impl Recorder<'_> {
     /// Records a pass; `frame` is the uniform's index.
     pub(crate) fn run(&mut self, pass: &Pass, timed: Timed, frame: u32, groups: Groups) {
         self.run_given(pass, timed, frame, groups, &[]);
+    }
+
+    /// Records the program of the light that is recorded.
+    pub(crate) fn run_by_light(&mut self, pass: &ByLight, timed: Timed, frame: u32, groups: Groups) {
+        self.run(pass.of(self.textured), timed, frame, groups);
     }
 
     /// Records a pass that reads textures of the caller's.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use halflight_core::frame::LightSampling;
 use halflight_core::light::AreaLight;
+use halflight_core::light_texture::LightTexture;
 use halflight_core::pattern::Pattern;
 use halflight_core::scene::{Camera, Mesh, Scene};
 use halflight_core::subpixel;
@@ -28,6 +29,7 @@ use crate::scene::SceneBuffers;
 use crate::shader::shader_module;
 use crate::stages::Stages;
 use crate::stats::{Clock, PendingStats};
+use crate::textured::Emitted;
 use crate::upsample::Upsample;
 
 /// Renders one scene on one device, frame after frame, in buffers that are kept.
@@ -39,11 +41,16 @@ pub struct Renderer {
     scene_buffers: SceneBuffers,
     /// Lights of the scene, moved off the triangles that they are flush with.
     lights: Vec<AreaLight>,
+    /// What textured lights emit.
+    emitted: Emitted,
     flush: Vec<FlushLight>,
     sampling: LightSampling,
     pattern: Pattern,
     seed: u32,
     surface: SurfaceLimits,
+    config: PipelineConfig,
+    /// Modules from outside, and the names of those that they replace.
+    modules: Vec<(String, String)>,
     stages: Stages,
     buffers: Buffers,
     clock: Option<Clock>,
@@ -105,20 +112,23 @@ impl Renderer {
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
         let (lights, flush) = separate_lights(scene, None);
         refuse_lights(&lights)?;
-        refuse_surfaces(&scene.mesh)?;
         refuse_alpha_masks(&scene.mesh)?;
-        let compiler = Compiler { device, replaced: modules };
-        let stages = Stages::new(&compiler, &scene.mesh, config)?;
+        let compiler = Compiler { device, textured: has_texture(&lights), replaced: modules };
+        let stages = Stages::new(&compiler, &scene.mesh, config, pattern)?;
         let memory = Memory::new(device);
         let scene_buffers = SceneBuffers::new(&memory, &scene.mesh)?;
-        let needs = stages.needs(config.width, config.height, pattern, &lights)?;
+        let emitted = Emitted::new(scene, &lights, &stages.refiner.patterns(pattern));
+        let needs = stages.needs(config.width, config.height, pattern, &lights, &emitted)?;
         Ok(Self {
             buffers: Buffers::new(&memory, &scene_buffers.slots, needs)?,
             memory,
             scene: scene.clone(),
             scene_buffers,
             lights,
+            emitted,
             flush,
+            config: *config,
+            modules: modules.iter().map(|&(name, text)| (name.to_owned(), text.to_owned())).collect(),
             sampling: config.sampling,
             pattern,
             seed: config.seed,
@@ -134,7 +144,7 @@ impl Renderer {
     /// # Errors
     /// The image has no pixels or is too large; the renderer is then as it was.
     pub fn resize(&mut self, width: u32, height: u32) -> Result<(), GpuError> {
-        let needs = self.stages.needs(width, height, self.pattern, &self.lights)?;
+        let needs = self.stages.needs(width, height, self.pattern, &self.lights, &self.emitted)?;
         if needs != self.buffers.needs {
             self.buffers = Buffers::new(&self.memory, &self.scene_buffers.slots, needs)?;
         }
@@ -143,7 +153,7 @@ impl Renderer {
 
     /// Replaces the lights of the scene, by any number of lights. Frames recorded from now on show them.
     ///
-    /// No shader is compiled. Buffers grow only where there are more lights than ever before or, with `raster4d`, where the first
+    /// No shader is compiled, but where the first textured light comes. Buffers grow only where there are more lights than ever before or, with `raster4d`, where the first
     /// two-sided light comes. Lights that are flush with geometry are found as in [`Renderer::new`], in one pass over the
     /// triangles on the CPU.
     ///
@@ -155,6 +165,19 @@ impl Renderer {
         check_scene(&Scene { lights: lights.to_vec(), light_textures, camera, ..Scene::default() })?;
         let before = std::mem::replace(&mut self.scene.lights, lights.to_vec());
         self.place_lights().inspect_err(|_| self.scene.lights = before)
+    }
+
+    /// Replaces the lights of the scene and their textures, as for the next frame of a video; otherwise as [`Renderer::set_lights`].
+    ///
+    /// # Errors
+    /// As [`Renderer::set_lights`]; and where a light has a texture that is not there.
+    pub fn set_textured_lights(
+        &mut self,
+        lights: &[AreaLight],
+        textures: &[Arc<LightTexture>],
+    ) -> Result<(), GpuError> {
+        let before = std::mem::replace(&mut self.scene.light_textures, textures.to_vec());
+        self.set_lights(lights).inspect_err(|_| self.scene.light_textures = before)
     }
 
     /// Replaces the camera of the scene, which frames without a camera of their own ([`Inputs::camera`]) are seen from.
@@ -211,12 +234,27 @@ impl Renderer {
     fn place_lights(&mut self) -> Result<(), GpuError> {
         let (lights, flush) = separate_lights(&self.scene, None);
         refuse_lights(&lights)?;
-        refuse_surfaces(&self.scene.mesh)?;
         let (width, height) = self.size();
-        let needs = self.stages.needs(width, height, self.pattern, &lights)?;
+        let compiled = (has_texture(&lights) && !self.stages.is_textured())
+            .then(|| self.compile_textured())
+            .transpose()?;
+        let stages = compiled.as_ref().unwrap_or(&self.stages);
+        let emitted = Emitted::new(&self.scene, &lights, &stages.refiner.patterns(self.pattern));
+        let needs = stages.needs(width, height, self.pattern, &lights, &emitted)?;
         self.buffers.grow(&self.memory, needs)?;
-        (self.lights, self.flush) = (lights, flush);
+        (self.lights, self.flush, self.emitted) = (lights, flush, emitted);
+        if let Some(compiled) = compiled {
+            self.stages = compiled;
+        }
         Ok(())
+    }
+
+    /// Compiles the stages once more, with those of textured lights.
+    fn compile_textured(&self) -> Result<Stages, GpuError> {
+        let replaced: Vec<(&str, &str)> =
+            self.modules.iter().map(|(name, text)| (&**name, &**text)).collect();
+        let compiler = Compiler { device: &self.memory.device, textured: true, replaced: &replaced };
+        Stages::new(&compiler, &self.scene.mesh, &self.config, self.pattern)
     }
 
     /// Bytes of all buffers that the renderer has created so far, those to upload from included: for tests.
@@ -251,6 +289,18 @@ impl Renderer {
         &self.buffers[Slot::Albedo]
     }
 
+    /// Specular reflection of surfaces: linear RGB reflectance at normal incidence, and roughness, four floats a pixel; black where a surface is matte
+    /// or nothing is seen. None in scenes without glossy surfaces. Frames of [`Surfaces::Kept`](crate::Surfaces::Kept) read it.
+    pub fn gloss(&self) -> Option<&wgpu::Buffer> {
+        self.stages.is_glossy().then(|| &self.buffers[Slot::Gloss])
+    }
+
+    /// Specularly reflected radiance, W/m²/sr, as four floats a pixel, to be added to albedo/π times the [image](Self::image). None in scenes without
+    /// glossy surfaces.
+    pub fn specular(&self) -> Option<&wgpu::Buffer> {
+        self.stages.is_glossy().then(|| &self.buffers[Slot::Specular])
+    }
+
     /// The lights that are flush with geometry, which does not hide them: each is worth a warning.
     pub fn flush_lights(&self) -> &[FlushLight] {
         &self.flush
@@ -271,7 +321,8 @@ impl Renderer {
     /// # Errors
     /// The device is full or lost; nothing has been recorded then.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, inputs: &Inputs) -> Result<(), GpuError> {
-        let Self { memory, scene, scene_buffers, lights, stages, buffers, clock, .. } = self;
+        let Self { memory, scene, scene_buffers, lights, emitted, stages, buffers, clock, .. } = self;
+        let emitted = &*emitted;
         if let Some(clock) = clock {
             clock.start();
         }
@@ -290,18 +341,22 @@ impl Renderer {
         let frames: Vec<Frame> = (0..)
             .zip(lights.iter())
             .flat_map(|(number, light)| {
-                stages.refiner.frames(general.with_light(number, light).with_key(key), self.pattern)
+                let frames =
+                    stages.refiner.frames(general.with_light(number, light).with_key(key), self.pattern);
+                frames.into_iter().map(move |frame| emitted.with_texture(number, frame))
             })
             .collect();
         let space = stages.tracer.visibility.space(camera, needs, lights);
-        let written: [(_, &[u8], _); 2] = [
+        let written: [(_, &[u8], _); 3] = [
+            (Slot::Emitted.label(), bytemuck::cast_slice(&emitted.vectors), &buffers[Slot::Emitted]),
             ("uniforms", &frame_bytes(buffers, &frames), &buffers.frames),
             (Slot::Space.label(), &space, &buffers[Slot::Space]),
         ];
         memory.write(encoder, &written)?;
 
         let device = &memory.device;
-        let mut recorder = Recorder { encoder, device, buffers, lights, clock: clock.as_mut() };
+        let mut recorder =
+            Recorder { encoder, device, buffers, lights, textured: false, clock: clock.as_mut() };
         recorder.clear(Slot::Counters);
         stages.record(&mut recorder, &inputs.surfaces, scene_buffers.vertices);
         Ok(())
@@ -319,7 +374,10 @@ impl Renderer {
     ) -> Result<(), GpuError> {
         let present = match self.present.take().filter(|present| present.format == format) {
             Some(present) => present,
-            None => Present::new(&Compiler { device: &self.memory.device, replaced: &[] }, format)?,
+            None => Present::new(
+                &Compiler { device: &self.memory.device, textured: false, replaced: &[] },
+                format,
+            )?,
         };
         present.record(&self.memory.device, encoder, &self.buffers, target);
         self.present = Some(present);
@@ -344,17 +402,6 @@ fn frame_bytes(buffers: &Buffers, frames: &[Frame]) -> Vec<u8> {
     bytes
 }
 
-/// Refuses surfaces that reflect specularly.
-fn refuse_surfaces(mesh: &Mesh) -> Result<(), GpuError> {
-    match mesh.is_glossy() {
-        true => Err(GpuError::Unsupported {
-            stage: "a glossy surface",
-            reason: "render the scene on the CPU, or switch specular reflection off (in scene files: specular = \"off\")",
-        }),
-        false => Ok(()),
-    }
-}
-
 /// Refuses triangles with alpha masks.
 fn refuse_alpha_masks(mesh: &Mesh) -> Result<(), GpuError> {
     match (0..mesh.triangle_count()).any(|triangle| mesh.alpha_mask(triangle).is_some()) {
@@ -366,7 +413,12 @@ fn refuse_alpha_masks(mesh: &Mesh) -> Result<(), GpuError> {
     }
 }
 
-/// Refuses textured lights of more than one colour, and lights that the camera sees.
+/// Returns whether any light has a texture.
+fn has_texture(lights: &[AreaLight]) -> bool {
+    lights.iter().any(|light| light.texture.is_some())
+}
+
+/// Refuses lights that the camera sees.
 fn refuse_lights(lights: &[AreaLight]) -> Result<(), GpuError> {
     if lights.iter().any(|light| light.visible) {
         return Err(GpuError::Unsupported {
@@ -374,11 +426,5 @@ fn refuse_lights(lights: &[AreaLight]) -> Result<(), GpuError> {
             reason: "render the scene on the CPU, or set visible = false; lights of emissive faces are visible",
         });
     }
-    match lights.iter().any(|light| light.texture.is_some()) {
-        true => Err(GpuError::Unsupported {
-            stage: "a textured light",
-            reason: "render the scene on the CPU, or take the texture off the light",
-        }),
-        false => Ok(()),
-    }
+    Ok(())
 }

@@ -9,6 +9,7 @@ use crate::bindings::Slot;
 use crate::error::{GpuError, caught};
 use crate::hierarchy::Hierarchy;
 use crate::memory::Memory;
+use crate::specular::glosses;
 
 /// Marks a material without a texture.
 const NONE: u32 = u32::MAX;
@@ -70,7 +71,9 @@ impl SceneBuffers {
         let (materials, texels) = materials(mesh);
         let smooth = is_smooth(mesh);
         let normals = corner_normals(mesh, order, smooth);
-        let contents: [(Slot, &[u8]); 7] = [
+        let glosses = glosses(mesh);
+        let contents: [(Slot, &[u8]); 8] = [
+            (Slot::Glosses, bytemuck::cast_slice(&glosses)),
             (Slot::Nodes, bytemuck::cast_slice(hierarchy.nodes())),
             (Slot::Triangles, bytemuck::cast_slice(&triangles)),
             (Slot::CornerNormals, bytemuck::cast_slice(&normals)),

@@ -17,11 +17,14 @@ const BUCKETS: usize = 64;
 pub(crate) const EXPECTED: usize = 5;
 pub(crate) const ENERGY: usize = 6;
 
-/// Kinds of tallies: rays to refine, for irradiance alone and skipped, samples of each level, cells of each level.
-const TALLIES: usize = CELLS_PER_LEVEL + LEVELS;
+/// Kinds of tallies: rays to refine, for irradiance alone and skipped, samples of each level, cells of each level; rays of
+/// specular lobes.
+const TALLIES: usize = LOBE_RAYS + 1;
 const _: () = assert!(SAMPLES_PER_LEVEL + LEVELS == CELLS_PER_LEVEL);
 const SAMPLES_PER_LEVEL: usize = 3;
 const CELLS_PER_LEVEL: usize = 11;
+const LOBE_RAYS: usize = 19;
+const _: () = assert!(CELLS_PER_LEVEL + LEVELS == LOBE_RAYS);
 
 /// Declares the counters.
 pub(crate) fn declare(needs: &mut Needs) {
@@ -38,6 +41,7 @@ pub(crate) enum Timed {
     Irradiance,
     Upsample,
     Compose,
+    Specular,
 }
 
 /// Passes of a frame that are timed at most; others are not.
@@ -202,7 +206,8 @@ impl PendingStats {
         }
         frame.fragments.total = frame.fragments.per_level.iter().sum();
         (frame.rays.refine, frame.rays.last, frame.rays.skipped) = (tally(0), tally(1), tally(2));
-        frame.rays.total = frame.rays.refine + frame.rays.last;
+        frame.rays.specular = tally(LOBE_RAYS);
+        frame.rays.total = frame.rays.refine + frame.rays.last + frame.rays.specular;
         if self.expects {
             let [error, energy] = [EXPECTED, ENERGY].map(|place| f64::from(f32::from_bits(counters[place])));
             frame.expected_nmse2 = Some(if energy > 0.0 { error / energy } else { 0.0 });
@@ -232,6 +237,7 @@ fn column(times: &mut StageTimes, stage: Timed) -> &mut f64 {
         Timed::Irradiance => &mut times.irradiance,
         Timed::Upsample => &mut times.upsample,
         Timed::Compose => &mut times.compose,
+        Timed::Specular => &mut times.specular,
     }
 }
 

@@ -9,9 +9,6 @@ use crate::samples::{LANES, geometry_terms};
 use crate::simd::{Isa, Kernel, Lanes, Simd};
 use crate::vector::Vector;
 
-/// Numbers of cells along a side of the light: powers of 2 from the first to the last.
-const SIDES: [u16; 5] = [4, 8, 16, 32, 64];
-
 /// Number of grids, from the coarsest on, that are taken as a whole.
 const UNIFORM: usize = 2;
 
@@ -38,6 +35,9 @@ struct Grid {
 }
 
 impl SeenTexture {
+    /// Numbers of cells along a side of the light, of each grid: powers of 2 from the first to the last.
+    pub const SIDES: [u16; 5] = [4, 8, 16, 32, 64];
+
     /// Cells of a light of a scene; none if it is uniform.
     pub fn of(scene: &Scene, light: usize) -> Option<Self> {
         let light = scene.lights.get(light)?;
@@ -66,7 +66,7 @@ impl SeenTexture {
             }
         };
         Self {
-            grids: SIDES.map(grid).into_iter().collect(),
+            grids: Self::SIDES.map(grid).into_iter().collect(),
             frame: [frame.origin, frame.u, frame.v],
             normal: light.normal(),
             two_sided: light.two_sided,
@@ -100,21 +100,22 @@ impl SeenTexture {
     fn seen_from_nearby(&self, origin: Vec3, normal: Vec3, facing: Vec3) -> Option<Vec3> {
         let (mut sum, mut all) = (Vec3::ZERO, 0.0);
         let mut waiting = [(0u8, 0u16, 0u16); 64];
-        let first = usize::from(SIDES[0]) * usize::from(SIDES[0]);
+        let first = usize::from(Self::SIDES[0]) * usize::from(Self::SIDES[0]);
         for cell in 0..first {
-            let side = usize::from(SIDES[0]);
+            let side = usize::from(Self::SIDES[0]);
             waiting[0] = (0, (cell % side) as u16, (cell / side) as u16);
             let mut count = 1;
             while count > 0 {
                 count -= 1;
                 let (level, column, row) = waiting[count];
                 let grid = &self.grids[usize::from(level)];
-                let index = usize::from(row) * usize::from(SIDES[usize::from(level)]) + usize::from(column);
+                let index =
+                    usize::from(row) * usize::from(Self::SIDES[usize::from(level)]) + usize::from(column);
                 let [centre, rgb] =
                     [&grid.centres, &grid.rgb].map(|of| Vec3::from_array([0, 1, 2].map(|at| of[at][index])));
                 let to = centre - origin;
                 let squared = to.length_squared();
-                let fine = usize::from(level) + 1 == SIDES.len();
+                let fine = usize::from(level) + 1 == Self::SIDES.len();
                 if !fine && grid.size * grid.size * (DISTANCE * DISTANCE) > squared {
                     for (x, y) in [(1, 1), (0, 1), (1, 0), (0, 0)] {
                         waiting[count] = (level + 1, 2 * column + x, 2 * row + y);

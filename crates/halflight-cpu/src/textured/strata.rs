@@ -88,6 +88,11 @@ impl StrataRadiance {
         self.squares[stratum]
     }
 
+    /// Red, green and blue of every stratum of the pattern, W/(m²·sr), and the mean of the sum of their squares.
+    pub fn emissions(&self) -> impl Iterator<Item = Vec4> + '_ {
+        (0..self.pattern.len()).map(|stratum| self.rgb(stratum).extend(self.square(stratum)))
+    }
+
     /// Red, green and blue of a stratum.
     pub(crate) fn rgb(&self, stratum: usize) -> Vec3 {
         Vec3::from_array([0, 1, 2].map(|channel| self.rgb[channel][stratum]))

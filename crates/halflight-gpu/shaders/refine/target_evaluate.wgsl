@@ -1,6 +1,7 @@
 // Evaluates pilot samples, per query: from masks to squared irradiance and noise
 // (halflight-cpu/src/refine/target.rs).
-//@ needs shared/query_batch shared/noise shared/sums shared/unshadowed
+// `query_fraction` and `query_noise` are those of uniform or of textured lights.
+//@ needs shared/query_batch shared/unshadowed
 //@ writes samples
 
 @compute @workgroup_size(64)

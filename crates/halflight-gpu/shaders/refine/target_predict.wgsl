@@ -24,7 +24,7 @@ fn predict(here: Tile) {
             share = expected(level, here.at.xy);
         }
     }
-    let power = luminance(frame.radiance);
+    let power = luminance(frame.mean_radiance.xyz);
     add_up(here, share * power * power);
 }
 

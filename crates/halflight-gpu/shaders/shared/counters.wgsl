@@ -24,3 +24,5 @@ const BUCKETS: u32 = 64u;
 const SKIPPED: u32 = 2u;
 const SAMPLES_PER_LEVEL: u32 = 3u;
 const CELLS_PER_LEVEL: u32 = 11u;
+// Rays of specular lobes.
+const LOBE_RAYS: u32 = 19u;

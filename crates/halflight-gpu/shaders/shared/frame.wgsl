@@ -85,6 +85,11 @@ struct Frame {
     outline_corners: array<vec4<f32>, 12>,
     // Sides of a polygon: a + b · u + c · v is not negative inside, for a place (u, v).
     outline_sides: array<vec4<f32>, 12>,
+    // Mean radiance of the light: that of its texture, if it has one.
+    mean_radiance: vec4<f32>,
+    // Of a textured light, in `emitted`: index of its first cell, plus one; index of its first stratum, or of that of patterns with the fewest
+    // columns where z is 1, since the device chooses the pattern.
+    texture: vec4<u32>,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

@@ -51,6 +51,16 @@ fn light_contains(place: vec2<f32>) -> bool {
     return true;
 }
 
+// First corner as seen from a point.
+fn light_corner_from(origin: vec3<f32>) -> vec3<f32> {
+    return frame.light_corner - origin;
+}
+
+// Vector across a part of the unit square.
+fn along_light(part: vec2<f32>) -> vec3<f32> {
+    return frame.light_u * part.x + frame.light_v * part.y;
+}
+
 // Corners, in order around the light.
 fn light_corners() -> array<vec3<f32>, 4> {
     return corners_from(frame.light_corner);
@@ -118,6 +128,15 @@ fn light_dual() -> Dual {
     let across_u = cross3(frame.light_v, frame.light_normal);
     let across_v = cross3(frame.light_normal, frame.light_u);
     return Dual(across_u / dot3(across_u, frame.light_u), across_v / dot3(across_v, frame.light_v));
+}
+
+// Distance to about the nearest point of the light: exact for rectangles.
+fn light_distance(origin: vec3<f32>) -> f32 {
+    let place = from_light(origin);
+    let u = clamp(dot3(place, frame.light_u) / dot3(frame.light_u, frame.light_u), 0.0, 1.0);
+    let v = clamp(dot3(place, frame.light_v) / dot3(frame.light_v, frame.light_v), 0.0, 1.0);
+    let off = place - frame.light_u * u - frame.light_v * v;
+    return sqrt(dot3(off, off));
 }
 
 // Positive on the side that the light's normal points to.

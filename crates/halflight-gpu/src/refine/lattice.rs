@@ -3,7 +3,7 @@
 use halflight_core::pattern::Pattern;
 use halflight_core::pyramid::MAX_LEVEL;
 use halflight_cpu::irradiance::Shading;
-use halflight_cpu::refine::{LatticeConfig, Steps};
+use halflight_cpu::refine::{Budget, LatticeConfig, Steps};
 
 use super::refiner::{Cells, Refiner, declare_queries, level_frames};
 use super::request::Request;
@@ -13,15 +13,18 @@ use crate::bindings::Slot;
 use crate::error::GpuError;
 use crate::frame::Frame;
 use crate::needs::{Needs, RECORD, words};
-use crate::pass::{Compiler, Pass, flag, shading_flag};
+use crate::pass::{ByLight, Compiler, Pass, flag, shading_flag};
 use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
 use crate::stats::Timed;
+use crate::textured::Patterns;
 
 programs! {
     DISCONTINUITIES: "discontinuities" = find in "refine/discontinuities";
     GATHER: "discontinuities: gather" = gather in "refine/discontinuities_gather";
     SMOOTH: "lattice: smooth" = smooth_fractions in "refine/lattice_smooth";
+    SMOOTH_TEXTURED: "lattice: smooth, textured" = smooth_fractions in "textured/lattice_smooth";
+    VALUE_TEXTURED: "lattice: value, textured" = value in "textured/lattice_value";
     VALUE: "lattice: value" = value in "refine/lattice_value";
     SPLIT_TEST: "lattice: split test" = split_test in "refine/lattice_split_test";
     CLOSE_CRACKS: "lattice: close cracks" = close_cracks in "refine/lattice_close_cracks";
@@ -39,11 +42,11 @@ pub(super) struct Lattice {
     discontinuities: Pass,
     gather: Pass,
     request: Request,
-    value: Pass,
+    value: ByLight,
     split_test: Pass,
     close_cracks: Pass,
     /// Smoothing of visible fractions, where visible errors are bounded.
-    smooth: Option<Pass>,
+    smooth: Option<ByLight>,
     target: Option<Target>,
 }
 
@@ -74,10 +77,10 @@ impl Lattice {
             discontinuities: compiler.pass(DISCONTINUITIES, &[("EDGE", edge.into())])?,
             gather: compiler.pass(GATHER, &[])?,
             request: Request::new(compiler, true)?,
-            value: compiler.pass(VALUE, &[shading_flag(shading), noisy])?,
+            value: compiler.by_light((VALUE, &[shading_flag(shading), noisy]), (VALUE_TEXTURED, &[noisy]))?,
             split_test: compiler.pass(SPLIT_TEST, &[visible_error])?,
             close_cracks: compiler.pass(CLOSE_CRACKS, &[visible_error])?,
-            smooth: smooths.then(|| compiler.pass(SMOOTH, &[])).transpose()?,
+            smooth: smooths.then(|| compiler.by_light((SMOOTH, &[]), (SMOOTH_TEXTURED, &[]))).transpose()?,
             target,
         })
     }
@@ -86,7 +89,7 @@ impl Lattice {
     fn commit(&self, recorder: &mut Recorder, tracer: &Tracer, first: u32, level: u32) {
         let frame = first + level;
         self.request.record(recorder, tracer, frame, level, level == 0);
-        recorder.run(&self.value, Timed::Irradiance, frame, Groups::Queries);
+        recorder.run_by_light(&self.value, Timed::Irradiance, frame, Groups::Queries);
         recorder.run(&self.split_test, Timed::Refine, frame, Groups::Tiles(level));
     }
 }
@@ -123,6 +126,17 @@ impl Refiner for Lattice {
         frames
     }
 
+    fn patterns(&self, pattern: Pattern) -> Patterns {
+        match self.target {
+            Some(_) => Patterns::Squares { most: Budget::ONCE },
+            None => Patterns::Given(vec![pattern]),
+        }
+    }
+
+    fn smooths(&self) -> bool {
+        self.smooth.is_some()
+    }
+
     fn expects(&self) -> bool {
         self.target.is_some()
     }
@@ -157,7 +171,7 @@ impl Refiner for Lattice {
             }
         }
         if let Some(smooth) = &self.smooth {
-            recorder.run(smooth, Timed::Refine, first, Groups::Tiles(0));
+            recorder.run_by_light(smooth, Timed::Refine, first, Groups::Tiles(0));
         }
         self.cells.find_owners(recorder, first);
         if let Some(target) = &self.target {

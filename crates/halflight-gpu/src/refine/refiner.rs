@@ -14,6 +14,7 @@ use crate::pass::{Compiler, Pass};
 use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
 use crate::stats::Timed;
+use crate::textured::Patterns;
 
 programs! {
     PYRAMID: "pyramid" = level in "pyramid";
@@ -34,6 +35,16 @@ pub(crate) trait Refiner: Debug + Send + Sync {
     /// Number of uniforms of one light.
     fn uniforms(&self) -> u32 {
         self.coarsest() + 1 + u32::from(self.expects())
+    }
+
+    /// Light samples that are taken where the configuration has a pattern.
+    fn patterns(&self, pattern: Pattern) -> Patterns {
+        Patterns::Given(vec![pattern])
+    }
+
+    /// Returns whether values are smoothed.
+    fn smooths(&self) -> bool {
+        false
     }
 
     /// Returns whether the refiner predicts the error of the image.

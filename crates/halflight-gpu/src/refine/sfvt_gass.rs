@@ -11,15 +11,17 @@ use crate::bindings::Slot;
 use crate::error::GpuError;
 use crate::frame::{Frame, GpuPattern};
 use crate::needs::{Needs, RECORD, words};
-use crate::pass::{Compiler, Pass, flag, shading_flag};
+use crate::pass::{ByLight, Compiler, Pass, flag, shading_flag};
 use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
 use crate::stats::Timed;
+use crate::textured::Patterns;
 
 programs! {
     CLASSIFY: "sfvt-gass: classify" = classify in "refine/sfvt_classify";
     SPLIT_TEST: "sfvt-gass: split test" = split_test in "refine/sfvt_split_test";
     VALUE: "sfvt-gass: value" = value in "refine/sfvt_value";
+    TEXTURED: "sfvt-gass: value, textured" = value in "textured/value";
     FINALS: "sfvt-gass: finals" = finals in "refine/sfvt_finals";
 }
 
@@ -30,7 +32,7 @@ pub(super) struct SfvtGass {
     cells: Cells,
     classify: Pass,
     split_test: Pass,
-    value: Pass,
+    value: ByLight,
     finals: Pass,
 }
 
@@ -48,7 +50,7 @@ impl SfvtGass {
             cells: Cells::new(compiler, true, true)?,
             classify: compiler.pass(CLASSIFY, &[shading])?,
             split_test: compiler.pass(SPLIT_TEST, &[dark, additional])?,
-            value: compiler.pass(VALUE, &[shading])?,
+            value: compiler.by_light((VALUE, &[shading]), (TEXTURED, &[]))?,
             finals: compiler.pass(FINALS, &[shading])?,
         })
     }
@@ -97,6 +99,10 @@ impl Refiner for SfvtGass {
         })
     }
 
+    fn patterns(&self, pattern: Pattern) -> Patterns {
+        Patterns::Given(vec![pattern, SfvtGassConfig::quadrant_pattern(pattern)])
+    }
+
     fn prepare(&self, recorder: &mut Recorder) {
         self.cells.build_pyramid(recorder, self.coarsest());
     }
@@ -111,7 +117,7 @@ impl Refiner for SfvtGass {
             tracer.count(recorder, frame);
             tracer.trace(recorder, frame, false);
             recorder.run(&self.split_test, Timed::Refine, frame, Groups::Cells);
-            recorder.run(&self.value, Timed::Irradiance, frame, Groups::Cells);
+            recorder.run_by_light(&self.value, Timed::Irradiance, frame, Groups::Cells);
             recorder.clear_queries();
         }
         recorder.run(&self.finals, Timed::Refine, first, Groups::Tiles(0));

@@ -12,13 +12,14 @@ use crate::bindings::Slot;
 use crate::error::GpuError;
 use crate::frame::{Frame, GpuPattern};
 use crate::needs::Needs;
-use crate::pass::{Compiler, Pass, flag};
+use crate::pass::{ByLight, Compiler, Pass, flag};
 use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
 use crate::stats::{ENERGY, EXPECTED, Timed};
 
 programs! {
-    EVALUATE: "error target: evaluate" = evaluate in "refine/target_evaluate";
+    EVALUATE: "error target: evaluate" = evaluate in "refine/target_evaluate", "shared/noise", "shared/sums";
+    EVALUATE_TEXTURED: "error target: evaluate, textured" = evaluate in "refine/target_evaluate", "textured/noise", "textured/sums";
     CHOOSE: "error target: choose" = choose in "refine/target_choose";
     COUNT: "error target: count" = count in "refine/target_count";
     DECIDE: "error target: decide" = decide in "refine/target_decide";
@@ -41,7 +42,7 @@ pub(crate) struct Choice {
 #[derive(Debug)]
 pub(super) struct Target {
     request: Request,
-    evaluate: Pass,
+    evaluate: ByLight,
     choose: Pass,
     count: Pass,
     decide: Pass,
@@ -73,7 +74,7 @@ impl Target {
         let sum = |counter: usize| compiler.pass(SUM, &[("COUNTER", counter as f64)]);
         Ok(Self {
             request: Request::new(compiler, false)?,
-            evaluate: compiler.pass(EVALUATE, &[])?,
+            evaluate: compiler.by_light((EVALUATE, &[]), (EVALUATE_TEXTURED, &[]))?,
             choose: compiler.pass(CHOOSE, &constants)?,
             count: compiler.pass(COUNT, &[])?,
             decide: compiler.pass(DECIDE, &[("SHARE_1", one), ("SHARE_2", two)])?,
@@ -107,7 +108,7 @@ impl Target {
     ) {
         let pilot = first + coarsest + 1;
         self.request.record(recorder, tracer, pilot, coarsest, false);
-        recorder.run(&self.evaluate, Timed::Refine, pilot, Groups::Queries);
+        recorder.run_by_light(&self.evaluate, Timed::Refine, pilot, Groups::Queries);
         recorder.run(&self.choose, Timed::Refine, pilot, Groups::Count(1));
         Self::adopt(recorder, first, coarsest);
     }

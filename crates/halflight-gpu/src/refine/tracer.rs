@@ -3,7 +3,7 @@
 use halflight_cpu::irradiance::Shading;
 
 use crate::error::GpuError;
-use crate::pass::{Compiler, Pass, shading_flag};
+use crate::pass::{ByLight, Compiler, Pass, shading_flag};
 use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
 use crate::stats::Timed;
@@ -12,6 +12,7 @@ use crate::visibility::Backend;
 programs! {
     DISPATCH: "indirect arguments" = dispatch in "indirect_arguments";
     IRRADIANCE: "irradiance" = irradiance in "irradiance";
+    TEXTURED: "textured: value" = value in "textured/value";
 }
 
 /// Passes from queries to masks and values.
@@ -19,7 +20,7 @@ programs! {
 pub(crate) struct Tracer {
     dispatch: Pass,
     pub(crate) visibility: Box<dyn Backend>,
-    irradiance: Pass,
+    irradiance: ByLight,
 }
 
 impl Tracer {
@@ -35,7 +36,7 @@ impl Tracer {
         Ok(Self {
             dispatch: compiler.pass(DISPATCH, &[])?,
             visibility,
-            irradiance: compiler.pass(IRRADIANCE, &[shading_flag(shading)])?,
+            irradiance: compiler.by_light((IRRADIANCE, &[shading_flag(shading)]), (TEXTURED, &[]))?,
         })
     }
 
@@ -51,6 +52,6 @@ impl Tracer {
 
     /// Records the values of all queries of a light.
     pub(super) fn evaluate(&self, recorder: &mut Recorder, first: u32) {
-        recorder.run(&self.irradiance, Timed::Irradiance, first, Groups::AllQueries);
+        recorder.run_by_light(&self.irradiance, Timed::Irradiance, first, Groups::AllQueries);
     }
 }

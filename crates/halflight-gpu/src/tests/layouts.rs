@@ -73,7 +73,9 @@ fn structures_are_laid_out_alike() {
         levels,
         outline,
         outline_corners,
-        outline_sides
+        outline_sides,
+        mean_radiance,
+        texture
     );
     check!(&parsed(&named("error target: choose")).0, "Choice", Choice, pattern, error, coarsest, every);
     let module = &parsed(&named("voxel: masks")).0;

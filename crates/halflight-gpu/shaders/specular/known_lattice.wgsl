@@ -1,0 +1,27 @@
+// What the corners of a pixel's cell tell of its lobe: lit or dark where all of them are.
+//@ needs shared/corners shared/field shared/query
+//@ reads samples
+
+fn known_at(at: vec2<u32>, pixel: u32) -> u32 {
+    let owner = owner_at(at);
+    if owner.level == NONE {
+        return OPEN;
+    }
+    if owner.level == 0u {
+        return known_of(samples[pixel].value);
+    }
+    let corners = corners_of(owner.level, owner.cell);
+    var known = NONE;
+    for (var number = 0u; number < 4u; number++) {
+        let corner = pixel_of(corner_at(corners, number));
+        if !is_receiver(corner) {
+            continue;
+        }
+        let found = known_of(samples[corner].value);
+        if found == OPEN || (known != NONE && known != found) {
+            return OPEN;
+        }
+        known = found;
+    }
+    return min(known, OPEN);
+}

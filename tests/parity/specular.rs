@@ -1,0 +1,141 @@
+//! Parity of specular reflection.
+
+use std::sync::Arc;
+
+use halflight::config::{Named, PipelineConfig, RefinerConfig};
+use halflight::gbuffer::NO_PRIMITIVE;
+use halflight::glam::Vec3;
+use halflight::irradiance::Shading;
+use halflight::light::AreaLight;
+use halflight::pipeline::Image;
+use halflight::scene::{Scene, Specular};
+use halflight_tests::Stage;
+
+use crate::device::Bench;
+use crate::scenes::{Twins, bundled, per_pixel};
+use crate::whole::nmse2;
+
+/// Toys of metals and coated materials, smooth and rough, under these lights.
+fn toys(lights: Vec<AreaLight>) -> Stage {
+    let mut scene = Scene { lights, ..Scene::clone(&bundled("few toys").scene) };
+    for (number, material) in Arc::make_mut(&mut scene.mesh).materials.iter_mut().enumerate() {
+        let roughness = [0.3, 0.15, 0.6, 1.0][number % 4];
+        let metallic = if number % 3 == 1 { 1.0 } else { 0.25 * (number % 2) as f32 };
+        material.specular = Some(Specular { roughness, metallic, ..Specular::default() });
+    }
+    Stage::new(scene).unwrap()
+}
+
+fn lights() -> Vec<(&'static str, Vec<AreaLight>)> {
+    let lamp = bundled("few toys").scene.lights[0];
+    let centre = Vec3::new(0.4, 0.9, -1.2);
+    let corners =
+        [0.0f32, 1.3, 2.4, 3.9, 5.2].map(|turn| centre + 0.8 * Vec3::new(turn.cos(), turn.sin(), 0.0));
+    let pentagon = AreaLight::polygon(&corners, Vec3::splat(9.0)).unwrap();
+    // Across the horizon of the floor.
+    let disk = AreaLight::disk(Vec3::new(-2.0, 0.2, 0.3), Vec3::X, 0.5, Vec3::new(20.0, 18.0, 12.0));
+    vec![("lamp", vec![lamp]), ("pentagon", vec![pentagon.two_sided()]), ("disk and lamp", vec![disk, lamp])]
+}
+
+fn specular(bench: &Bench, twins: &Twins) -> Vec<[f32; 4]> {
+    bench.read(twins.gpu.specular().unwrap())
+}
+
+/// Error of the GPU's specular radiance against the CPU's.
+fn error(bench: &Bench, twins: &Twins) -> f64 {
+    let reference = Image { irradiance: twins.cpu.image().specular.clone(), ..Image::default() };
+    nmse2(&specular(bench, twins), &reference)
+}
+
+#[test]
+fn frames_are_equal() {
+    let Some(bench) = Bench::open() else { return };
+    for (name, lights) in lights() {
+        for shading in [Shading::Ratio, Shading::Sampled] {
+            let twins = Twins::of(&bench, toys(lights.clone()), &per_pixel(96, 72, shading), true);
+            let off = error(&bench, &twins);
+            // The same rays of the same lobes; the middle of a narrow lobe and the number of triangles beside it depend on rounding.
+            assert!(off < 1e-5, "{name} {shading:?}: {off:e}");
+            assert!(twins.cpu.image().specular.iter().any(|light| light.max_element() > 0.1), "{name}");
+        }
+    }
+}
+
+#[test]
+fn surfaces_are_equal() {
+    let Some(bench) = Bench::open() else { return };
+    let twins = Twins::of(&bench, toys(lights()[0].1.clone()), &per_pixel(96, 72, Shading::Ratio), false);
+    let (image, gbuffer) = bench.gpu.download(&twins.gpu).unwrap();
+    let expected = twins.cpu.gbuffer();
+    let mut compared = 0;
+    for pixel in 0..expected.pixels() {
+        let primitive = expected.primitive[pixel];
+        if primitive == NO_PRIMITIVE || primitive != gbuffer.primitive[pixel] {
+            continue;
+        }
+        compared += 1;
+        let (found, right) = (gbuffer.specular[pixel], expected.specular[pixel]);
+        assert!(found.f0.abs_diff_eq(right.f0, 1e-5) && found.roughness == right.roughness, "{pixel}");
+        assert!(gbuffer.albedo[pixel].abs_diff_eq(expected.albedo[pixel], 1e-5), "{pixel}");
+    }
+    assert!(compared > 5000, "{compared}");
+    let off = error(&bench, &twins);
+    // Pixels on outlines see their other side.
+    assert!(off < 5e-3, "{off:e}");
+    let diffuse = image.irradiance[3000] * gbuffer.albedo[3000] * std::f32::consts::FRAC_1_PI;
+    assert!(image.radiance[3000].abs_diff_eq(diffuse + image.specular[3000], 1e-6));
+}
+
+#[test]
+fn every_refiner_tells_what_it_knows() {
+    let Some(bench) = Bench::open() else { return };
+    for refiner in RefinerConfig::NAMES {
+        let refiner = RefinerConfig::named(refiner).unwrap();
+        let config =
+            PipelineConfig { refiner, upsampler: refiner.upsampler(), ..per_pixel(96, 72, Shading::Ratio) };
+        let mut twins = Twins::of(&bench, toys(lights()[2].1.clone()), &config, true);
+        let off = error(&bench, &twins);
+        // A ray that rounding decides differently may split a fragment, whose lobes are then traced.
+        assert!(off < 1e-4, "{refiner:?}: {off:e}");
+        let rays = bench.render(&mut twins.gpu, &Default::default()).frame.rays.specular;
+        let most = 2 * 96 * 72 * 64;
+        assert!(rays > 0 && rays < most * 3 / 4, "{refiner:?}: {rays} of {most}");
+    }
+}
+
+#[test]
+fn matte_scenes_have_no_specular_light() {
+    let Some(bench) = Bench::open() else { return };
+    let twins = Twins::render(&bench, "few toys", &per_pixel(32, 24, Shading::Ratio), true);
+    assert!(twins.gpu.specular().is_none() && twins.gpu.gloss().is_none());
+    let (image, _) = bench.gpu.download(&twins.gpu).unwrap();
+    assert!(image.specular.is_empty() && image.radiance.is_empty());
+}
+
+#[test]
+fn wrong_shaders_are_noticed() {
+    let Some(bench) = Bench::open() else { return };
+    let config = per_pixel(96, 72, Shading::Ratio);
+    for [module, right, wrong] in [
+        ["specular/lobe", "let fourth = (left * left) * (left * left);", "let fourth = left * left;"],
+        ["specular/lobe", "max(roughness * roughness, LEAST_ALPHA)", "max(roughness, LEAST_ALPHA)"],
+        ["specular/cells", "BY_ANGLE: f32 = 1.5", "BY_ANGLE: f32 = 30.0"],
+        ["specular/cells", "if here > 0.0 {", "if true {"],
+        ["specular/cells", "const NARROW_ELLIPSE: u32 = 32u", "const NARROW_ELLIPSE: u32 = 5u"],
+        ["specular/reflect", "seen += weight;", "seen += 0.9 * weight;"],
+        ["specular/reflect", "!occluded(origin, light_point(uv))", "true"],
+        ["specular/reflect", "(all_of - grazing) + grazing", "all_of"],
+        ["specular/known_pixels", "samples[pixel].value", "1.0"],
+    ] {
+        let mut twins = Twins::of(&bench, toys(lights()[2].1.clone()), &config, true);
+        twins.alter(&bench, &config, [module, right, wrong]);
+        let off = error(&bench, &twins);
+        assert!(off > 2e-5, "{module} {right}: {off:e}");
+    }
+    let mut twins = Twins::of(&bench, toys(lights()[0].1.clone()), &config, false);
+    twins.alter(&bench, &config, ["specular/resolve", "base * (1.0 - metallic)", "base"]);
+    let albedo: Vec<[f32; 4]> = bench.read(twins.gpu.albedo());
+    let expected = &twins.cpu.gbuffer().albedo;
+    let others = albedo.iter().zip(expected).filter(|(found, right)| (found[0] - right.x).abs() > 0.05);
+    assert!(others.count() > 100);
+}
