@@ -6,6 +6,7 @@ use glam::Vec3;
 use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_cpu::pipeline::Image;
 
+use crate::emission;
 use crate::error::GpuError;
 use crate::gpu::Gpu;
 use crate::inputs::{Inputs, Inside};
@@ -32,7 +33,8 @@ impl Gpu {
         receive.try_recv().map_err(|error| failed(&error))?
     }
 
-    /// Reads the last frame back: the image, with levels but without its statistics and the visible part, and the G-buffer.
+    /// Reads the last frame back: the image, with levels but without its statistics and the visible part, and the G-buffer. The image has
+    /// radiance and emission where a light is [visible](halflight_core::light::AreaLight::visible).
     ///
     /// # Errors
     /// The device is lost or out of memory.
@@ -44,7 +46,7 @@ impl Gpu {
         let albedo: Vec<[f32; 4]> = self.read(renderer.albedo())?;
         let level: Vec<u32> = self.read(renderer.inside(Inside::Owners))?;
         let xyz = |[x, y, z, _]: [f32; 4]| Vec3::new(x, y, z);
-        let image = Image {
+        let mut image = Image {
             width,
             height,
             irradiance: irradiance.into_iter().map(xyz).collect(),
@@ -65,6 +67,9 @@ impl Gpu {
                 gbuffer.normal[pixel] = vector(normal);
                 gbuffer.albedo[pixel] = xyz(albedo[pixel]);
             }
+        }
+        if let Some(emission) = renderer.emission() {
+            emission::fill(&mut image, &gbuffer, &self.read::<[f32; 4]>(emission)?);
         }
         Ok((image, gbuffer))
     }

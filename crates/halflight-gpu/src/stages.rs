@@ -2,18 +2,21 @@
 
 use halflight_core::light::AreaLight;
 use halflight_core::pattern::Pattern;
-use halflight_core::scene::Mesh;
+use halflight_core::scene::Scene;
 use halflight_core::smooth::is_smooth;
 use halflight_cpu::config::PipelineConfig;
 use halflight_cpu::pipeline::{MAX_SIZE, PipelineError};
 
 use crate::compose::Compose;
+use crate::emission::Emission;
 use crate::error::GpuError;
 use crate::gbuffer::{Gbuffer, Surfaces};
+use crate::masked::Parted;
 use crate::needs::Needs;
 use crate::pass::Compiler;
 use crate::recorder::Recorder;
 use crate::refine::{Refiner, Tracer, refiner};
+use crate::scene::Corners;
 use crate::stats;
 use crate::upsample::Upsample;
 use crate::visibility::backend;
@@ -26,6 +29,8 @@ pub(crate) struct Stages {
     pub(crate) tracer: Tracer,
     upsample: Upsample,
     compose: Compose,
+    /// Lights that the camera sees; compiled where the first one comes.
+    emission: Option<Emission>,
 }
 
 impl Stages {
@@ -33,17 +38,39 @@ impl Stages {
     ///
     /// # Errors
     /// A stage does not exist on the GPU, or a shader cannot be read or compiled.
-    pub(crate) fn new(compiler: &Compiler, mesh: &Mesh, config: &PipelineConfig) -> Result<Self, GpuError> {
+    pub(crate) fn new(
+        compiler: &Compiler,
+        scene: &Scene,
+        parted: &Parted,
+        config: &PipelineConfig,
+    ) -> Result<Self, GpuError> {
+        let masked = !parted.masked.is_empty();
         let refiner = refiner(compiler, config)?;
         let upsample = Upsample::new(compiler, config)?;
-        let visibility = backend(compiler, mesh.triangle_count(), config)?;
+        let visibility = backend(compiler, parted, config)?;
         Ok(Self {
-            gbuffer: Gbuffer::new(compiler, is_smooth(mesh))?,
+            gbuffer: Gbuffer::new(compiler, is_smooth(&scene.mesh), masked)?,
             refiner,
-            tracer: Tracer::new(compiler, visibility, config.shading)?,
+            tracer: Tracer::new(compiler, visibility, config.shading, masked)?,
             upsample,
             compose: Compose::new(compiler, config.shading)?,
+            emission: Emission::of(compiler, &scene.lights)?,
         })
+    }
+
+    /// Compiles what lights that come later need and those before have not.
+    ///
+    /// # Errors
+    /// A shader cannot be read or compiled.
+    pub(crate) fn prepare_lights(
+        &mut self,
+        device: &wgpu::Device,
+        lights: &[AreaLight],
+    ) -> Result<(), GpuError> {
+        if self.emission.is_none() {
+            self.emission = Emission::of(&Compiler { device, replaced: &[] }, lights)?;
+        }
+        Ok(())
     }
 
     /// Returns the needs of all stages for an image of a size.
@@ -68,12 +95,13 @@ impl Stages {
         self.tracer.visibility.declare(&mut needs, lights);
         self.upsample.declare(&mut needs);
         Compose::declare(&mut needs);
+        Emission::declare(&mut needs, lights);
         Ok(needs)
     }
 
-    /// Records all stages of a frame, in their order; `vertices` is the number of corners to rasterize.
-    pub(crate) fn record(&self, recorder: &mut Recorder, surfaces: &Surfaces, vertices: u32) {
-        self.gbuffer.record(recorder, surfaces, vertices);
+    /// Records all stages of a frame, in their order; `corners` are to be rasterized.
+    pub(crate) fn record(&self, recorder: &mut Recorder, surfaces: &Surfaces, corners: Corners) {
+        self.gbuffer.record(recorder, surfaces, corners);
         self.refiner.prepare(recorder);
         let uniforms = self.refiner.uniforms();
         self.tracer.visibility.prepare(recorder, uniforms);
@@ -83,6 +111,9 @@ impl Stages {
             self.refiner.record(recorder, &self.tracer, first);
             self.upsample.record(recorder, first, self.refiner.coarsest());
             self.compose.record(recorder, first);
+        }
+        if let Some(emission) = &self.emission {
+            emission.record(recorder, uniforms);
         }
         self.refiner.finish(recorder);
     }

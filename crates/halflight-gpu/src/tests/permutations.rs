@@ -7,11 +7,12 @@ use crate::bindings::{Access, Slot};
 use crate::gpu::WORKGROUP_BYTES;
 use crate::program::Program;
 use crate::shader::{Shader, module_names, shader_module};
-use crate::{compose, gbuffer, present, refine, upsample, visibility};
+use crate::{compose, emission, gbuffer, present, refine, upsample, visibility};
 
 /// Returns the programs of all stages.
 fn all() -> impl Iterator<Item = &'static Program> {
-    let single = [compose::PROGRAMS, gbuffer::PROGRAMS, present::PROGRAMS, upsample::PROGRAMS];
+    let single =
+        [compose::PROGRAMS, emission::PROGRAMS, gbuffer::PROGRAMS, present::PROGRAMS, upsample::PROGRAMS];
     single.into_iter().chain(refine::PROGRAMS.iter().chain(visibility::PROGRAMS).copied()).flatten()
 }
 
