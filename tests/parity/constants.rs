@@ -32,7 +32,7 @@ const PAIRS: &[Pair] = &[
     (("upsample/robust", "MOST"), ("halflight-cpu/src/upsample/nearby.rs", "MAX_SAMPLES")),
     (("upsample/trust", "MIXED"), ("halflight-cpu/src/upsample/nearby.rs", "MIXED")),
     (("visibility/raster4d", "MARGIN"), ("halflight-cpu/src/raster4d/project.rs", "MARGIN")),
-    (("visibility/bvh", "STACK"), ("halflight-gpu/src/hierarchy.rs", "STACK")),
+    (("visibility/traversal", "STACK"), ("halflight-gpu/src/hierarchy.rs", "STACK")),
     (("visibility/voxel_space", "LIGHTS"), ("halflight-gpu/src/visibility/voxel.rs", "LIGHTS")),
     (("shared/arguments", "SIDE"), ("halflight-gpu/src/recorder.rs", "SIDE")),
     (("shared/visible_tolerance", "TOLERANCE_IN_VISIBLE_ERROR"), (LATTICE, "TOLERANCE_IN_VISIBLE_ERROR")),

@@ -96,14 +96,6 @@ fn a_rim_that_is_not_looked_at_is_noticed() {
 }
 
 #[test]
-fn alpha_masks_are_refused_by_name() {
-    let Some(bench) = Bench::open() else { return };
-    let error = bench.renderer(&bundled("garden").scene, &per_pixel(64, 48, Shading::Ratio));
-    let error = error.map(|_| ()).unwrap_err().to_string();
-    assert!(error.contains("an alpha mask") && error.contains("alpha = \"none\""), "{error}");
-}
-
-#[test]
 fn pictures_of_one_colour_are_uniform_lights() {
     let Some(bench) = Bench::open() else { return };
     let config = per_pixel(64, 48, Shading::Sampled);

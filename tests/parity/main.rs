@@ -5,10 +5,12 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+mod alpha;
 mod antialias;
 mod constants;
 mod controls;
 mod device;
+mod emission;
 mod exact;
 mod faults;
 mod gbuffers;

@@ -129,7 +129,7 @@ fn wrong_shaders_are_found() {
     assert!(accepts(&bench, [triangle, "let a = first.xyz - origin;", "let a = first.xyz - (origin);"]));
     // Boxes that end too early, triangles that are open on one side, and a light half way to the receiver.
     for altered in [
-        ["visibility/bvh", "vec4(1.0)));", "vec4(0.5)));"],
+        ["visibility/traversal", "vec4(1.0)));", "vec4(0.5)));"],
         [triangle, "ca >= 0.0)", "ca >= 1e-3)"],
         [
             triangle,

@@ -15,7 +15,7 @@ use crate::device::Bench;
 use crate::scenes::{bundled, per_pixel};
 
 /// Configurations that together have every stage whose buffers or constants could depend on lights or vertices.
-fn configs() -> Vec<PipelineConfig> {
+pub(crate) fn configs() -> Vec<PipelineConfig> {
     let named = |refiner: &str, visibility: &str| {
         let mut refiner = RefinerConfig::named(refiner).unwrap();
         let mut upsampler = UpsamplerConfig::RbfRobust(Default::default());
@@ -35,13 +35,18 @@ fn configs() -> Vec<PipelineConfig> {
     ]
 }
 
-fn image(bench: &Bench, renderer: &mut Renderer) -> Vec<[u32; 4]> {
+pub(crate) fn image(bench: &Bench, renderer: &mut Renderer) -> Vec<[u32; 4]> {
     bench.render(renderer, &Inputs::default());
     bench.read(renderer.image())
 }
 
 /// Checks that a renderer shows a scene as one that is made for it does; returns the image.
-fn check(bench: &Bench, renderer: &mut Renderer, scene: &Scene, config: &PipelineConfig) -> Vec<[u32; 4]> {
+pub(crate) fn check(
+    bench: &Bench,
+    renderer: &mut Renderer,
+    scene: &Scene,
+    config: &PipelineConfig,
+) -> Vec<[u32; 4]> {
     let mut anew = bench.renderer(scene, config).unwrap();
     let (found, expected) = (image(bench, renderer), image(bench, &mut anew));
     let others = found.iter().zip(&expected).filter(|(a, b)| a != b).count();
@@ -103,7 +108,7 @@ fn lights_become_flush_and_stop_to_be() {
 }
 
 /// Grows everything around the origin, unevenly.
-fn moved(p: Vec3) -> Vec3 {
+pub(crate) fn moved(p: Vec3) -> Vec3 {
     let wave = Vec3::new((p.y * 7.0).sin(), 0.2 * (p.z * 5.0).cos(), (p.x * 3.0).sin());
     p * (1.0 + 0.05 * p.length()) + wave * 0.02
 }
@@ -132,7 +137,7 @@ fn with_mesh(scene: &Scene, mesh: Mesh) -> Scene {
     Scene { mesh: std::sync::Arc::new(mesh), ..scene.clone() }
 }
 
-fn update(bench: &Bench, renderer: &mut Renderer, positions: &[Vec3]) -> Result<(), GpuError> {
+pub(crate) fn update(bench: &Bench, renderer: &mut Renderer, positions: &[Vec3]) -> Result<(), GpuError> {
     let mut encoder = bench.gpu.device.create_command_encoder(&Default::default());
     let updated = renderer.update_geometry(&mut encoder, positions);
     bench.gpu.queue.submit([encoder.finish()]);

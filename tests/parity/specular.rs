@@ -104,6 +104,40 @@ fn every_refiner_tells_what_it_knows() {
 }
 
 #[test]
+fn holes_of_leaves_let_light_through() {
+    let Some(bench) = Bench::open() else { return };
+    let mut scene = Scene::clone(&bundled("garden").scene);
+    for material in &mut Arc::make_mut(&mut scene.mesh).materials {
+        material.specular = Some(Specular { roughness: 0.4, ..Specular::default() });
+    }
+    let config = per_pixel(96, 72, Shading::Ratio);
+    let mut twins = Twins::of(&bench, Stage::new(scene).unwrap(), &config, true);
+    let off = error(&bench, &twins);
+    assert!(off < 1e-4, "{off:e}");
+    let wrong = ["specular/masked_rays", " || traverse(masked.root, origin, end)", ""];
+    twins.alter(&bench, &config, wrong);
+    let off = error(&bench, &twins);
+    assert!(off > 1e-2, "{off:e}");
+}
+
+#[test]
+fn lights_are_seen_before_glossy_surfaces() {
+    let Some(bench) = Bench::open() else { return };
+    let mut lamp = bundled("few toys").scene.lights[0];
+    lamp.visible = true;
+    let mirror = AreaLight { two_sided: true, ..lamp }.moved(Vec3::new(2.0, -1.8, 0.5));
+    let twins = Twins::of(&bench, toys(vec![mirror]), &per_pixel(96, 72, Shading::Ratio), true);
+    let (image, _) = bench.gpu.download(&twins.gpu).unwrap();
+    let expected = twins.cpu.image();
+    let seen = expected.emission.iter().filter(|light| **light != Vec3::ZERO).count();
+    assert!(seen > 50 && seen < 96 * 72, "{seen}");
+    let radiance: Vec<[f32; 4]> = image.radiance.iter().map(|light| light.extend(1.0).to_array()).collect();
+    let reference = Image { irradiance: expected.radiance.clone(), ..Image::default() };
+    let off = nmse2(&radiance, &reference);
+    assert!(off < 1e-4, "{off:e}");
+}
+
+#[test]
 fn matte_scenes_have_no_specular_light() {
     let Some(bench) = Bench::open() else { return };
     let twins = Twins::render(&bench, "few toys", &per_pixel(32, 24, Shading::Ratio), true);

@@ -123,6 +123,12 @@ slots! {
     GivenPoint: given_point = "texture_2d<f32>", "the caller's points";
     /// The caller's normals.
     GivenNormal: given_normal = "texture_2d<f32>", "the caller's normals";
+    /// Triangles with alpha masks: where they begin, and their texture coordinates.
+    Masked: masked = "Masked", "triangles with alpha masks";
+    /// Texels of alpha masks, one bit each.
+    Solid: solid = "array<u32>", "alpha masks";
+    /// Radiance of the nearest light that each pixel sees, and its distance along the view direction.
+    Emission: emission = "array<vec4<f32>>", "visible lights";
 }
 
 /// Use that a shader makes of a binding.

@@ -8,6 +8,7 @@ use halflight_core::gbuffer::{GBuffer, NO_PRIMITIVE};
 use halflight_core::specular::SurfaceSpecular;
 use halflight_cpu::pipeline::Image;
 
+use crate::emission;
 use crate::error::GpuError;
 use crate::gpu::Gpu;
 use crate::inputs::{Inputs, Inside};
@@ -44,7 +45,8 @@ impl Gpu {
         receive.try_recv().map_err(|error| failed(&error))?
     }
 
-    /// Reads the last frame back: the image, with levels but without its statistics and the visible part, and the G-buffer.
+    /// Reads the last frame back: the image, with levels but without its statistics and the visible part, and the G-buffer. The image has
+    /// radiance and emission where a light is [visible](halflight_core::light::AreaLight::visible).
     ///
     /// # Errors
     /// The device is lost or out of memory.
@@ -59,9 +61,8 @@ impl Gpu {
             Some(specular) => self.read::<[f32; 4]>(specular)?.into_iter().map(xyz).collect(),
             None => Vec::new(),
         };
-        let radiance = radiance(&irradiance, &albedo, &specular);
-        let image = Image {
-            radiance,
+        let mut image = Image {
+            radiance: radiance(&irradiance, &albedo, &specular),
             specular,
             width,
             height,
@@ -88,6 +89,9 @@ impl Gpu {
                 gbuffer.normal[pixel] = vector(normal);
                 gbuffer.albedo[pixel] = xyz(albedo[pixel]);
             }
+        }
+        if let Some(emission) = renderer.emission() {
+            emission::fill(&mut image, &gbuffer, &self.read::<[f32; 4]>(emission)?);
         }
         Ok((image, gbuffer))
     }

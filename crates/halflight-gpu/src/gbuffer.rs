@@ -1,15 +1,18 @@
 //! Surfaces that pixels see: rasterized and resolved, or imported from the caller's textures.
 
 use crate::bindings::Slot;
+use crate::buffers::Buffers;
 use crate::error::GpuError;
 use crate::needs::{Needs, RECORD};
 use crate::pass::{Bindings, Compiler, Pass};
-use crate::program::programs;
+use crate::program::{Program, programs};
 use crate::recorder::{Groups, Recorder};
+use crate::scene::Corners;
 use crate::stats::Timed;
 
 programs! {
     GBUFFER: "gbuffer" = corner in "gbuffer";
+    GBUFFER_MASKED: "gbuffer with alpha masks" = solid_fragment in "gbuffer_masked";
     RESOLVE: "resolve" = resolve in "resolve";
     RESOLVE_SMOOTH: "resolve smooth" = resolve_smooth in "resolve_smooth";
     IMPORT: "import" = take in "import";
@@ -46,6 +49,8 @@ pub enum Surfaces<'a> {
 #[derive(Debug)]
 pub(crate) struct Gbuffer {
     rasterize: Rasterizer,
+    /// Rasterizer of triangles with alpha masks, in scenes that have some.
+    rasterize_masked: Option<Rasterizer>,
     resolve: Pass,
     /// Pass of scenes with smooth surfaces.
     resolve_smooth: Option<Pass>,
@@ -54,15 +59,16 @@ pub(crate) struct Gbuffer {
 }
 
 impl Gbuffer {
-    /// Compiles the passes, for a scene with or without smooth surfaces.
+    /// Compiles the passes, for a scene with or without smooth surfaces and alpha masks.
     ///
     /// # Errors
     /// A shader cannot be read or compiled, or binds more than the device allows.
-    pub(crate) fn new(compiler: &Compiler, smooth: bool) -> Result<Self, GpuError> {
+    pub(crate) fn new(compiler: &Compiler, smooth: bool, masked: bool) -> Result<Self, GpuError> {
         let resolve_smooth = if smooth { Some(compiler.pass(RESOLVE_SMOOTH, &[])?) } else { None };
         let import = |depth: f64| compiler.pass(IMPORT, &[("DEPTH", depth)]);
         Ok(Self {
-            rasterize: Rasterizer::new(compiler)?,
+            rasterize: Rasterizer::opaque(compiler)?,
+            rasterize_masked: masked.then(|| Rasterizer::masked(compiler)).transpose()?,
             resolve: compiler.pass(RESOLVE, &[])?,
             resolve_smooth,
             import: [import(0.0)?, import(1.0)?],
@@ -88,11 +94,11 @@ impl Gbuffer {
     }
 
     /// Records the G-buffer of a scene with so many corners of triangles, or of the caller's.
-    pub(crate) fn record(&self, recorder: &mut Recorder, surfaces: &Surfaces, vertices: u32) {
+    pub(crate) fn record(&self, recorder: &mut Recorder, surfaces: &Surfaces, corners: Corners) {
         let (import, point, normal) = match *surfaces {
             Surfaces::Kept => return,
             Surfaces::Scene => {
-                self.rasterize.run(recorder, vertices);
+                self.rasterize(recorder, corners);
                 recorder.run(&self.resolve, Timed::Gbuffer, 0, Groups::Tiles(0));
                 if let Some(smooth) = &self.resolve_smooth {
                     recorder.run(smooth, Timed::Gbuffer, 0, Groups::Tiles(0));
@@ -105,53 +111,9 @@ impl Gbuffer {
         let given = [(Slot::GivenPoint, point), (Slot::GivenNormal, normal)];
         recorder.run_given(import, Timed::Gbuffer, 0, Groups::Tiles(0), &given);
     }
-}
 
-/// Pipeline of the raster pass.
-#[derive(Debug)]
-struct Rasterizer {
-    pipeline: wgpu::RenderPipeline,
-    bindings: Bindings,
-}
-
-impl Rasterizer {
-    fn new(compiler: &Compiler) -> Result<Self, GpuError> {
-        let stages = wgpu::ShaderStages::VERTEX;
-        let (pipeline, bindings) = compiler.pipeline(&GBUFFER, stages, |module, layout| {
-            compiler.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(GBUFFER.name),
-                layout: Some(layout),
-                vertex: wgpu::VertexState {
-                    module,
-                    entry_point: Some(GBUFFER.entry),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    buffers: &[],
-                },
-                primitive: wgpu::PrimitiveState::default(),
-                // Depth is inverted: nearer is more.
-                depth_stencil: Some(wgpu::DepthStencilState {
-                    format: wgpu::TextureFormat::Depth32Float,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::Greater),
-                    stencil: wgpu::StencilState::default(),
-                    bias: wgpu::DepthBiasState::default(),
-                }),
-                multisample: wgpu::MultisampleState::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module,
-                    entry_point: Some("fragment"),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    targets: &[Some(wgpu::TextureFormat::R32Uint.into())],
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
-        })?;
-        Ok(Self { pipeline, bindings })
-    }
-
-    /// Draws all triangles.
-    fn run(&self, recorder: &mut Recorder, vertices: u32) {
+    /// Records the raster pass over all triangles.
+    fn rasterize(&self, recorder: &mut Recorder, Corners { opaque, all }: Corners) {
         let Recorder { encoder, device, buffers, clock, .. } = recorder;
         let nothing = wgpu::Color { r: f64::from(u32::MAX), g: 0.0, b: 0.0, a: 0.0 };
         let mut render = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -173,8 +135,81 @@ impl Rasterizer {
             timestamp_writes: clock.as_mut().and_then(|clock| clock.render(Timed::Gbuffer)),
             ..Default::default()
         });
+        self.rasterize.draw(&mut render, device, buffers, 0..opaque);
+        if let Some(masked) = &self.rasterize_masked {
+            masked.draw(&mut render, device, buffers, opaque..all);
+        }
+    }
+}
+
+/// Pipeline of the raster pass.
+#[derive(Debug)]
+struct Rasterizer {
+    pipeline: wgpu::RenderPipeline,
+    bindings: Bindings,
+}
+
+impl Rasterizer {
+    /// Pipeline of triangles without alpha masks.
+    fn opaque(compiler: &Compiler) -> Result<Self, GpuError> {
+        Self::new(compiler, &GBUFFER, "fragment", wgpu::ShaderStages::VERTEX)
+    }
+
+    /// Pipeline of triangles with alpha masks.
+    fn masked(compiler: &Compiler) -> Result<Self, GpuError> {
+        Self::new(compiler, &GBUFFER_MASKED, GBUFFER_MASKED.entry, wgpu::ShaderStages::VERTEX_FRAGMENT)
+    }
+
+    /// Compiles a pipeline; `stages` bind something.
+    fn new(
+        compiler: &Compiler,
+        program: &Program,
+        fragment: &str,
+        stages: wgpu::ShaderStages,
+    ) -> Result<Self, GpuError> {
+        let (pipeline, bindings) = compiler.pipeline(program, stages, |module, layout| {
+            compiler.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(program.name),
+                layout: Some(layout),
+                vertex: wgpu::VertexState {
+                    module,
+                    entry_point: Some(GBUFFER.entry),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                // Depth is inverted: nearer is more.
+                depth_stencil: Some(wgpu::DepthStencilState {
+                    format: wgpu::TextureFormat::Depth32Float,
+                    depth_write_enabled: Some(true),
+                    depth_compare: Some(wgpu::CompareFunction::Greater),
+                    stencil: wgpu::StencilState::default(),
+                    bias: wgpu::DepthBiasState::default(),
+                }),
+                multisample: wgpu::MultisampleState::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module,
+                    entry_point: Some(fragment),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    targets: &[Some(wgpu::TextureFormat::R32Uint.into())],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        })?;
+        Ok(Self { pipeline, bindings })
+    }
+
+    /// Draws triangles with these corners.
+    fn draw(
+        &self,
+        render: &mut wgpu::RenderPass,
+        device: &wgpu::Device,
+        buffers: &Buffers,
+        corners: std::ops::Range<u32>,
+    ) {
         render.set_pipeline(&self.pipeline);
         render.set_bind_group(0, &self.bindings.group(device, buffers), &[0]);
-        render.draw(0..vertices, 0..1);
+        render.draw(corners, 0..1);
     }
 }

@@ -13,7 +13,7 @@ use obvhs::cwbvh::node::CwBvhNode;
 use crate::crowds::Crowds;
 use crate::error::GpuError;
 
-/// Levels of a BVH that shaders can traverse: `STACK` in `shaders/visibility/bvh.wgsl`.
+/// Levels of a BVH that shaders can traverse: `STACK` in `shaders/visibility/traversal.wgsl`.
 const STACK: usize = 32;
 
 /// Steps of a node's box: bounds of its children are bytes.
@@ -25,29 +25,31 @@ type Bounds = (Vec3, Vec3);
 /// Bounds of nothing.
 const NONE: Bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
 
-/// A BVH whose leaves are places in an order of triangles.
+/// A BVH over triangles of a mesh, whose leaves are places in an order of these.
 #[derive(Debug)]
 pub(crate) struct Hierarchy {
     wide: CwBvh,
 }
 
 impl Hierarchy {
-    /// Builds the BVH of a valid mesh.
+    /// Builds the BVH over some triangles of a valid mesh.
     ///
     /// # Errors
     /// The BVH is deeper than shaders can traverse.
-    pub(crate) fn build(mesh: &Mesh) -> Result<Self, GpuError> {
-        if mesh.triangles.is_empty() {
+    pub(crate) fn build(mesh: &Mesh, triangles: &[u32]) -> Result<Self, GpuError> {
+        if triangles.is_empty() {
             return Ok(Self { wide: CwBvh::default() });
         }
         let (crowds, padding) = (Crowds::of(mesh), padding(mesh));
-        let boxes: Vec<Aabb> = (0..mesh.triangle_count())
-            .map(|triangle| {
-                let (low, high) = crowds.bounds(triangle);
+        let boxes: Vec<Aabb> = triangles
+            .iter()
+            .map(|&triangle| {
+                let (low, high) = crowds.bounds(triangle as usize);
                 Aabb::new((low - padding).into(), (high + padding).into())
             })
             .collect();
-        let wide = build_cwbvh(&boxes, BvhBuildParams::medium_build(), &mut Duration::default());
+        let mut wide = build_cwbvh(&boxes, BvhBuildParams::medium_build(), &mut Duration::default());
+        wide.primitive_indices.iter_mut().for_each(|index| *index = triangles[*index as usize]);
         let depth = depth(&wide);
         if depth > STACK {
             return Err(GpuError::TooDeep { depth, limit: STACK });
@@ -60,7 +62,7 @@ impl Hierarchy {
         &self.wide.nodes
     }
 
-    /// Triangles by their place in the leaves.
+    /// Triangles of the mesh by their place in the leaves.
     pub(crate) fn order(&self) -> &[u32] {
         &self.wide.primitive_indices
     }
@@ -192,7 +194,8 @@ mod tests {
     #[test]
     fn refitted_boxes_hold_their_triangles() {
         let mesh = soup(1, 1.0);
-        let mut hierarchy = Hierarchy::build(&mesh).unwrap();
+        let all: Vec<u32> = (0..mesh.triangle_count() as u32).collect();
+        let mut hierarchy = Hierarchy::build(&mesh, &all).unwrap();
         assert!(holds(&hierarchy, &mesh));
         for (seed, scale) in [(1, 1.0), (2, 1.0), (3, 1e-3), (4, 1e6)] {
             let moved = soup(seed, scale);

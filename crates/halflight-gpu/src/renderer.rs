@@ -16,11 +16,13 @@ use halflight_cpu::upsample::SurfaceLimits;
 
 use crate::bindings::Slot;
 use crate::buffers::Buffers;
+use crate::emission;
 use crate::error::GpuError;
 use crate::frame::{Frame, Key};
 use crate::gpu::check_limits;
 use crate::inputs::{Inputs, Inside};
 use crate::light::sides;
+use crate::masked::Parted;
 use crate::memory::Memory;
 use crate::pass::Compiler;
 use crate::present::Present;
@@ -76,8 +78,11 @@ impl Renderer {
 
     /// Makes a renderer with a visibility backend from outside, in the place of the configured one: `module` is WGSL with a
     /// function `fn occluded(origin: vec3<f32>, end: vec3<f32>) -> bool`, which says whether the open segment between two points meets
-    /// anything. A line `//@ reads nodes triangles` gives it the scene's BVH and corners, `visibility/bvh` in
+    /// anything. A line `//@ reads nodes triangles` gives it the scene's BVH and corners, `visibility/traversal` in
     /// [`shader_module`](crate::shader_module) shows how these are laid out.
+    ///
+    /// Triangles with an alpha mask are not the module's: what they hide is taken out afterwards. They are not below node 0, and come
+    /// last among the corners, from triangle `masked.first` on (`//@ needs shared/masked`, in scenes that have some).
     ///
     /// # Errors
     /// As [`Renderer::new`]; and where the module does not compile, with the compiler's message.
@@ -112,11 +117,11 @@ impl Renderer {
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
         let (lights, flush) = separate_lights(scene, None);
         refuse_lights(&lights)?;
-        refuse_alpha_masks(&scene.mesh)?;
         let compiler = Compiler { device, textured: has_texture(&lights), replaced: modules };
-        let stages = Stages::new(&compiler, &scene.mesh, config, pattern)?;
+        let parted = Parted::of(&scene.mesh);
+        let stages = Stages::new(&compiler, scene, &parted, config, pattern)?;
         let memory = Memory::new(device);
-        let scene_buffers = SceneBuffers::new(&memory, &scene.mesh)?;
+        let scene_buffers = SceneBuffers::new(&memory, &scene.mesh, &parted)?;
         let emitted = Emitted::new(scene, &lights, &stages.refiner.patterns(pattern));
         let needs = stages.needs(config.width, config.height, pattern, &lights, &emitted)?;
         Ok(Self {
@@ -153,8 +158,8 @@ impl Renderer {
 
     /// Replaces the lights of the scene, by any number of lights. Frames recorded from now on show them.
     ///
-    /// No shader is compiled, but where the first textured light comes. Buffers grow only where there are more lights than ever before or, with `raster4d`, where the first
-    /// two-sided light comes. Lights that are flush with geometry are found as in [`Renderer::new`], in one pass over the
+    /// No shader is compiled but by the first light that is textured, or that the camera sees. Buffers grow only where there are more lights than ever before,
+    /// where that light comes or, with `raster4d`, the first two-sided one. Lights that are flush with geometry are found as in [`Renderer::new`], in one pass over the
     /// triangles on the CPU.
     ///
     /// # Errors
@@ -234,6 +239,7 @@ impl Renderer {
     fn place_lights(&mut self) -> Result<(), GpuError> {
         let (lights, flush) = separate_lights(&self.scene, None);
         refuse_lights(&lights)?;
+        self.stages.prepare_lights(&self.memory.device, &lights)?;
         let (width, height) = self.size();
         let compiled = (has_texture(&lights) && !self.stages.is_textured())
             .then(|| self.compile_textured())
@@ -254,7 +260,7 @@ impl Renderer {
         let replaced: Vec<(&str, &str)> =
             self.modules.iter().map(|(name, text)| (&**name, &**text)).collect();
         let compiler = Compiler { device: &self.memory.device, textured: true, replaced: &replaced };
-        Stages::new(&compiler, &self.scene.mesh, &self.config, self.pattern)
+        Stages::new(&compiler, &self.scene, &Parted::of(&self.scene.mesh), &self.config, self.pattern)
     }
 
     /// Bytes of all buffers that the renderer has created so far, those to upload from included: for tests.
@@ -299,6 +305,13 @@ impl Renderer {
     /// glossy surfaces.
     pub fn specular(&self) -> Option<&wgpu::Buffer> {
         self.stages.is_glossy().then(|| &self.buffers[Slot::Specular])
+    }
+
+    /// Radiance that the nearest light before the surface emits towards the camera, per channel, W/m²/sr, as four floats a pixel; the fourth is
+    /// its distance along the view direction, metres, and 0 where no light is seen. None where no light is
+    /// [visible](AreaLight::visible).
+    pub fn emission(&self) -> Option<&wgpu::Buffer> {
+        emission::any_visible(&self.lights).then(|| &self.buffers[Slot::Emission])
     }
 
     /// The lights that are flush with geometry, which does not hide them: each is worth a warning.
@@ -358,7 +371,7 @@ impl Renderer {
         let mut recorder =
             Recorder { encoder, device, buffers, lights, textured: false, clock: clock.as_mut() };
         recorder.clear(Slot::Counters);
-        stages.record(&mut recorder, &inputs.surfaces, scene_buffers.vertices);
+        stages.record(&mut recorder, &inputs.surfaces, scene_buffers.corners);
         Ok(())
     }
 
@@ -402,28 +415,17 @@ fn frame_bytes(buffers: &Buffers, frames: &[Frame]) -> Vec<u8> {
     bytes
 }
 
-/// Refuses triangles with alpha masks.
-fn refuse_alpha_masks(mesh: &Mesh) -> Result<(), GpuError> {
-    match (0..mesh.triangle_count()).any(|triangle| mesh.alpha_mask(triangle).is_some()) {
-        true => Err(GpuError::Unsupported {
-            stage: "an alpha mask",
-            reason: "render the scene on the CPU, or write alpha = \"none\" for its meshes",
-        }),
-        false => Ok(()),
-    }
-}
-
 /// Returns whether any light has a texture.
 fn has_texture(lights: &[AreaLight]) -> bool {
     lights.iter().any(|light| light.texture.is_some())
 }
 
-/// Refuses lights that the camera sees.
+/// Refuses textured lights that the camera sees.
 fn refuse_lights(lights: &[AreaLight]) -> Result<(), GpuError> {
-    if lights.iter().any(|light| light.visible) {
+    if lights.iter().any(|light| light.visible && light.texture.is_some()) {
         return Err(GpuError::Unsupported {
-            stage: "a light that the camera sees",
-            reason: "render the scene on the CPU, or set visible = false; lights of emissive faces are visible",
+            stage: "a textured light that the camera sees",
+            reason: "render the scene on the CPU, set visible = false, or take the texture off the light",
         });
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! A scene on the device: its BVH, triangles and materials.
+//! A scene on the device: its BVHs, triangles and materials.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -7,7 +7,7 @@ use halflight_core::smooth::{SmoothTriangle, is_smooth};
 
 use crate::bindings::Slot;
 use crate::error::{GpuError, caught};
-use crate::hierarchy::Hierarchy;
+use crate::masked::{Hierarchies, Parted};
 use crate::memory::Memory;
 use crate::specular::glosses;
 
@@ -24,17 +24,26 @@ pub(crate) struct GpuMaterial {
     padding: [u32; 2],
 }
 
-/// Buffers that last as long as the scene, and the BVH that two of them hold.
+/// Buffers that last as long as the scene, and the BVHs that two of them hold.
 #[derive(Debug)]
 pub(crate) struct SceneBuffers {
     /// Buffers by slot.
     pub(crate) slots: Vec<(Slot, wgpu::Buffer)>,
-    hierarchy: Hierarchy,
-    /// Number of corners to rasterize.
-    pub(crate) vertices: u32,
+    hierarchies: Hierarchies,
+    /// Corners to rasterize.
+    pub(crate) corners: Corners,
     /// True if any surface was smooth at first: those that become so later stay flat.
     smooth: bool,
     pub(crate) extent: Extent,
+}
+
+/// Numbers of corners in [`Slot::Triangles`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Corners {
+    /// Number of those of triangles without alpha masks, which come first.
+    pub(crate) opaque: u32,
+    /// Number of all.
+    pub(crate) all: u32,
 }
 
 /// Extent of a mesh.
@@ -54,13 +63,14 @@ impl Extent {
 }
 
 impl SceneBuffers {
-    /// Builds the BVH of a valid mesh and uploads everything.
+    /// Builds the BVHs of a valid mesh and uploads everything.
     ///
     /// # Errors
-    /// The mesh is too large for the device, or its BVH too deep; or the device is full or lost.
-    pub(crate) fn new(memory: &Memory, mesh: &Mesh) -> Result<Self, GpuError> {
-        let hierarchy = Hierarchy::build(mesh)?;
-        let order = hierarchy.order();
+    /// The mesh is too large for the device, or a BVH too deep; or the device is full or lost.
+    pub(crate) fn new(memory: &Memory, mesh: &Mesh, parted: &Parted) -> Result<Self, GpuError> {
+        let hierarchies = Hierarchies::build(mesh, parted)?;
+        let (nodes, order) = (hierarchies.nodes(), hierarchies.order());
+        let order = &*order;
         let triangles = corners(mesh, order);
         let faces: Vec<[u32; 2]> =
             order.iter().map(|&index| [index, mesh.material_ids[index as usize]]).collect();
@@ -71,16 +81,19 @@ impl SceneBuffers {
         let (materials, texels) = materials(mesh);
         let smooth = is_smooth(mesh);
         let normals = corner_normals(mesh, order, smooth);
+        let (masked, solid) = hierarchies.masks(mesh)?;
         let glosses = glosses(mesh);
-        let contents: [(Slot, &[u8]); 8] = [
+        let contents: [(Slot, &[u8]); 10] = [
             (Slot::Glosses, bytemuck::cast_slice(&glosses)),
-            (Slot::Nodes, bytemuck::cast_slice(hierarchy.nodes())),
+            (Slot::Nodes, bytemuck::cast_slice(&nodes)),
             (Slot::Triangles, bytemuck::cast_slice(&triangles)),
             (Slot::CornerNormals, bytemuck::cast_slice(&normals)),
             (Slot::Faces, bytemuck::cast_slice(&faces)),
             (Slot::Materials, bytemuck::cast_slice(&materials)),
             (Slot::Uvs, bytemuck::cast_slice(&uvs)),
             (Slot::Textures, bytemuck::cast_slice(&texels)),
+            (Slot::Masked, &masked),
+            (Slot::Solid, bytemuck::cast_slice(&solid)),
         ];
         let upload = |&(slot, bytes): &(Slot, &[u8])| {
             let label = slot.label();
@@ -89,11 +102,11 @@ impl SceneBuffers {
             Ok((slot, memory.filled(label, bytes, usage)?))
         };
         let slots = caught(&memory.device, GpuError::Memory, || contents.iter().map(upload).collect())?;
-        let vertices = 3 * order.len() as u32;
-        Ok(Self { slots, vertices, smooth, extent: Extent::of(mesh), hierarchy })
+        let corners = Corners { opaque: 3 * parted.opaque.len() as u32, all: 3 * order.len() as u32 };
+        Ok(Self { slots, corners, smooth, extent: Extent::of(mesh), hierarchies })
     }
 
-    /// Records the same triangles in other places: the BVH is refitted, and written with the triangles to the buffers there are.
+    /// Records the same triangles in other places: the BVHs are refitted, and written with the triangles to the buffers there are.
     ///
     /// # Errors
     /// The device is full or lost; the buffers are then as they were.
@@ -104,11 +117,11 @@ impl SceneBuffers {
         mesh: &Mesh,
     ) -> Result<(), GpuError> {
         // Boxes belong to no mesh if the rest fails; the next call makes all of them anew.
-        self.hierarchy.refit(mesh);
-        let order = self.hierarchy.order();
-        let (triangles, normals) = (corners(mesh, order), corner_normals(mesh, order, self.smooth));
+        self.hierarchies.refit(mesh);
+        let (nodes, order) = (self.hierarchies.nodes(), self.hierarchies.order());
+        let (triangles, normals) = (corners(mesh, &order), corner_normals(mesh, &order, self.smooth));
         let contents: [(Slot, &[u8]); 3] = [
-            (Slot::Nodes, bytemuck::cast_slice(self.hierarchy.nodes())),
+            (Slot::Nodes, bytemuck::cast_slice(&nodes)),
             (Slot::Triangles, bytemuck::cast_slice(&triangles)),
             (Slot::CornerNormals, bytemuck::cast_slice(&normals)),
         ];

@@ -20,6 +20,10 @@ programs! {
     CELLS: "specular: cells" = reflect_light in "specular/reflect", "specular/known_cells", "visibility/bvh";
     PIXELS: "specular: pixels" = reflect_light in "specular/reflect", "specular/known_pixels", "visibility/bvh";
     SAMPLED: "specular: sampled" = reflect_light in "specular/reflect", "specular/known_nothing", "visibility/bvh";
+    LATTICE_MASKED: "specular: lattice, masked" = reflect_light in "specular/reflect", "specular/known_lattice", "specular/masked_rays";
+    CELLS_MASKED: "specular: cells, masked" = reflect_light in "specular/reflect", "specular/known_cells", "specular/masked_rays";
+    PIXELS_MASKED: "specular: pixels, masked" = reflect_light in "specular/reflect", "specular/known_pixels", "specular/masked_rays";
+    SAMPLED_MASKED: "specular: sampled, masked" = reflect_light in "specular/reflect", "specular/known_nothing", "specular/masked_rays";
 }
 
 /// Passes of glossy surfaces.
@@ -30,7 +34,7 @@ pub(crate) struct Reflect {
 }
 
 impl Reflect {
-    /// Compiles the passes for light samples of a pattern.
+    /// Compiles the passes for light samples of a pattern; `masked` says that triangles have alpha masks.
     ///
     /// # Errors
     /// A shader cannot be read or compiled, or binds more than the device allows.
@@ -38,13 +42,15 @@ impl Reflect {
         compiler: &Compiler,
         config: &PipelineConfig,
         pattern: Pattern,
+        masked: bool,
     ) -> Result<Self, GpuError> {
-        let program = match config.refiner {
-            _ if config.shading == Shading::Sampled => SAMPLED,
-            RefinerConfig::Lattice(_) => LATTICE,
-            RefinerConfig::PerPixel => PIXELS,
-            _ => CELLS,
+        let [plain, with_masks] = match config.refiner {
+            _ if config.shading == Shading::Sampled => [SAMPLED, SAMPLED_MASKED],
+            RefinerConfig::Lattice(_) => [LATTICE, LATTICE_MASKED],
+            RefinerConfig::PerPixel => [PIXELS, PIXELS_MASKED],
+            _ => [CELLS, CELLS_MASKED],
         };
+        let program = if masked { with_masks } else { plain };
         let rays = ("RAYS", pattern.len() as f64);
         Ok(Self { resolve: compiler.pass(RESOLVE, &[])?, reflect: compiler.pass(program, &[rays])? })
     }

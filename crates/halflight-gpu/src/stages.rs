@@ -2,19 +2,22 @@
 
 use halflight_core::light::AreaLight;
 use halflight_core::pattern::Pattern;
-use halflight_core::scene::Mesh;
+use halflight_core::scene::Scene;
 use halflight_core::smooth::is_smooth;
 use halflight_cpu::config::PipelineConfig;
 use halflight_cpu::irradiance::Shading;
 use halflight_cpu::pipeline::{MAX_SIZE, PipelineError};
 
 use crate::compose::Compose;
+use crate::emission::Emission;
 use crate::error::GpuError;
 use crate::gbuffer::{Gbuffer, Surfaces};
+use crate::masked::Parted;
 use crate::needs::Needs;
 use crate::pass::Compiler;
 use crate::recorder::Recorder;
 use crate::refine::{Refiner, Tracer, refiner};
+use crate::scene::Corners;
 use crate::specular::Reflect;
 use crate::stats;
 use crate::textured::{Emitted, TexturedCompose};
@@ -33,6 +36,8 @@ pub(crate) struct Stages {
     reflect: Option<Reflect>,
     /// Where there are textured lights.
     textured: Option<TexturedCompose>,
+    /// Lights that the camera sees; compiled where the first one comes.
+    emission: Option<Emission>,
 }
 
 impl Stages {
@@ -42,35 +47,39 @@ impl Stages {
     /// A stage does not exist on the GPU, or a shader cannot be read or compiled.
     pub(crate) fn new(
         compiler: &Compiler,
-        mesh: &Mesh,
+        scene: &Scene,
+        parted: &Parted,
         config: &PipelineConfig,
         pattern: Pattern,
     ) -> Result<Self, GpuError> {
+        let masked = !parted.masked.is_empty();
+        let glossy = scene.mesh.is_glossy();
         let refiner = refiner(compiler, config)?;
         let upsample = Upsample::new(compiler, config)?;
-        let visibility = backend(compiler, mesh.triangle_count(), config)?;
+        let visibility = backend(compiler, parted, config)?;
         if compiler.textured && config.shading == Shading::Sampled {
             return Err(GpuError::Unsupported {
                 stage: "the shading `sampled` with textured lights",
                 reason: "texels are known as means over strata; use `ratio`",
             });
         }
-        let reflect = mesh.is_glossy().then(|| Reflect::new(compiler, config, pattern)).transpose()?;
-        if compiler.textured && reflect.is_some() {
+        if compiler.textured && glossy {
             return Err(GpuError::Unsupported {
                 stage: "a textured light before glossy surfaces",
                 reason: "render the scene on the CPU, or switch specular reflection off (in scene files: specular = \"off\")",
             });
         }
+        let reflect = glossy.then(|| Reflect::new(compiler, config, pattern, masked));
         let textured = compiler.textured.then(|| TexturedCompose::new(compiler, refiner.smooths()));
         Ok(Self {
-            reflect,
+            reflect: reflect.transpose()?,
             textured: textured.transpose()?,
-            gbuffer: Gbuffer::new(compiler, is_smooth(mesh))?,
+            gbuffer: Gbuffer::new(compiler, is_smooth(&scene.mesh), masked)?,
             refiner,
-            tracer: Tracer::new(compiler, visibility, config.shading)?,
+            tracer: Tracer::new(compiler, visibility, config.shading, masked)?,
             upsample,
             compose: Compose::new(compiler, config.shading)?,
+            emission: Emission::of(compiler, &scene.lights)?,
         })
     }
 
@@ -82,6 +91,21 @@ impl Stages {
     /// Returns whether textured lights can be rendered.
     pub(crate) fn is_textured(&self) -> bool {
         self.textured.is_some()
+    }
+
+    /// Compiles what visible lights that come later need and those before have not.
+    ///
+    /// # Errors
+    /// A shader cannot be read or compiled.
+    pub(crate) fn prepare_lights(
+        &mut self,
+        device: &wgpu::Device,
+        lights: &[AreaLight],
+    ) -> Result<(), GpuError> {
+        if self.emission.is_none() {
+            self.emission = Emission::of(&Compiler { device, textured: false, replaced: &[] }, lights)?;
+        }
+        Ok(())
     }
 
     /// Returns the needs of all stages for an image of a size.
@@ -107,6 +131,7 @@ impl Stages {
         self.tracer.visibility.declare(&mut needs, lights);
         self.upsample.declare(&mut needs);
         Compose::declare(&mut needs);
+        Emission::declare(&mut needs, lights);
         emitted.declare(&mut needs);
         if self.reflect.is_some() {
             Reflect::declare(&mut needs);
@@ -117,9 +142,9 @@ impl Stages {
         Ok(needs)
     }
 
-    /// Records all stages of a frame, in their order; `vertices` is the number of corners to rasterize.
-    pub(crate) fn record(&self, recorder: &mut Recorder, surfaces: &Surfaces, vertices: u32) {
-        self.gbuffer.record(recorder, surfaces, vertices);
+    /// Records all stages of a frame, in their order; `corners` are to be rasterized.
+    pub(crate) fn record(&self, recorder: &mut Recorder, surfaces: &Surfaces, corners: Corners) {
+        self.gbuffer.record(recorder, surfaces, corners);
         if let Some(reflect) = &self.reflect {
             match surfaces {
                 Surfaces::Scene => reflect.resolve(recorder),
@@ -151,6 +176,9 @@ impl Stages {
                     self.compose.record(recorder, first);
                 }
             }
+        }
+        if let Some(emission) = &self.emission {
+            emission.record(recorder, uniforms);
         }
         self.refiner.finish(recorder);
     }

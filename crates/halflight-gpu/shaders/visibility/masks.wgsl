@@ -1,7 +1,7 @@
 // Traces visibility masks, per ray: from wanted samples to visible ones; samples below a horizon are removed,
 // the others call `is_hidden`. Rays of one receiver are neighbouring invocations, so that they traverse the
 // same nodes.
-//@ needs shared/query shared/tally visibility/horizon
+//@ needs shared/query shared/ray_lanes shared/tally visibility/horizon
 //@ reads queries
 //@ writes wanted visible
 
@@ -10,31 +10,18 @@ var<workgroup> visible_words: array<atomic<u32>, 64>;
 
 @compute @workgroup_size(64)
 fn masks(here: Lane) {
-    let group = group_of(here);
-    let stride = frame.pattern.stride;
-    var number = group * (64u / min(stride, 64u)) + here.index / min(stride, 64u);
-    var index = here.index % min(stride, 64u);
-    if stride > 64u {
-        number = group / (stride / 64u);
-        index = (group % (stride / 64u)) * 64u + here.index;
-    }
-    let query = query_of(number);
-    let exists = query != NONE;
-    let word = query * frame.pattern.words + index / 32u;
-    let bit = 1u << (index & 31u);
-    // Number of lanes that fill one word together.
-    let chunk = min(stride, 32u);
-    if exists && index < frame.pattern.count && (wanted[word] & bit) != 0u {
-        let asked = queries[query];
+    let ray = ray_at(here);
+    if ray.exists && (wanted[ray.word] & ray.bit) != 0u {
+        let asked = queries[ray.query];
         if asked.pixel != NONE {
             let receiver = receiver_at(asked.pixel);
-            let place = sample_place(index, asked.key);
+            let place = sample_place(ray.index, asked.key);
             let end = light_point(place);
             if adds_light(receiver, place, end) {
-                atomicOr(&wanted_words[here.index / chunk], bit);
+                atomicOr(&wanted_words[here.index / ray.chunk], ray.bit);
                 atomicAdd(&traced, 1u);
                 if !is_hidden(receiver, place, end) {
-                    atomicOr(&visible_words[here.index / chunk], bit);
+                    atomicOr(&visible_words[here.index / ray.chunk], ray.bit);
                 }
             } else {
                 atomicAdd(&skipped, 1u);
@@ -42,9 +29,9 @@ fn masks(here: Lane) {
         }
     }
     workgroupBarrier();
-    if exists && here.index % chunk == 0u && index < frame.pattern.count {
-        wanted[word] = atomicLoad(&wanted_words[here.index / chunk]);
-        visible[word] = atomicLoad(&visible_words[here.index / chunk]);
+    if ray.exists && here.index % ray.chunk == 0u {
+        wanted[ray.word] = atomicLoad(&wanted_words[here.index / ray.chunk]);
+        visible[ray.word] = atomicLoad(&visible_words[here.index / ray.chunk]);
     }
     tally(here);
 }

@@ -12,7 +12,7 @@ override FRAMEBUFFER: u32 = 128u;
 override LEVELS: u32 = 8u;
 // Number of cells of all levels.
 override CELLS: u32 = 21845u;
-// Triangles of the scene.
+// Number of triangles of the scene that have no alpha mask.
 override TRIANGLES: u32 = 0u;
 
 // Number of receivers and of triangles that a workgroup processes.

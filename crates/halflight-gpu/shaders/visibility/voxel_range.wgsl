@@ -22,7 +22,8 @@ fn find_range(here: Lane) {
             atomicMax(&farthest, depth);
         }
     }
-    if index < 3u * TRIANGLES {
+    // Whole triangles: something is bound where there are none.
+    if index < arrayLength(&triangles) / 3u * 3u {
         atomicMax(&deepest, bitcast<u32>(max(dot3(space.forward, triangles[index].xyz - frame.eye), 0.0)));
     }
     workgroupBarrier();

@@ -4,7 +4,7 @@
 override RESOLUTION: u32 = 128u;
 override BITS: u32 = 128u;
 override BIAS: f32 = 1.0;
-// Number of triangles of the scene.
+// Number of triangles of the scene that have no alpha mask.
 override TRIANGLES: u32 = 0u;
 
 // Rows of a band of a large triangle.

@@ -11,6 +11,7 @@ use crate::visibility::Backend;
 
 programs! {
     DISPATCH: "indirect arguments" = dispatch in "indirect_arguments";
+    HIDE: "hide" = hide in "visibility/hide";
     IRRADIANCE: "irradiance" = irradiance in "irradiance";
     TEXTURED: "textured: value" = value in "textured/value";
 }
@@ -20,11 +21,13 @@ programs! {
 pub(crate) struct Tracer {
     dispatch: Pass,
     pub(crate) visibility: Box<dyn Backend>,
+    /// Pass that takes out what triangles with alpha masks hide, in scenes that have some.
+    hide: Option<Pass>,
     irradiance: ByLight,
 }
 
 impl Tracer {
-    /// Compiles the passes around a backend.
+    /// Compiles the passes around a backend, for a scene with or without alpha masks.
     ///
     /// # Errors
     /// A shader cannot be read or compiled.
@@ -32,10 +35,12 @@ impl Tracer {
         compiler: &Compiler,
         visibility: Box<dyn Backend>,
         shading: Shading,
+        masked: bool,
     ) -> Result<Self, GpuError> {
         Ok(Self {
             dispatch: compiler.pass(DISPATCH, &[])?,
             visibility,
+            hide: masked.then(|| compiler.pass(HIDE, &[])).transpose()?,
             irradiance: compiler.by_light((IRRADIANCE, &[shading_flag(shading)]), (TEXTURED, &[]))?,
         })
     }
@@ -48,6 +53,9 @@ impl Tracer {
     /// Records the masks of the batch; `last` says that no cell is split by them.
     pub(super) fn trace(&self, recorder: &mut Recorder, frame: u32, last: bool) {
         self.visibility.record(recorder, frame, last);
+        if let Some(hide) = &self.hide {
+            recorder.run(hide, Timed::Visibility, frame, Groups::Rays);
+        }
     }
 
     /// Records the values of all queries of a light.

@@ -3,6 +3,7 @@ use naga::TypeInner;
 use super::permutations::{named, parsed};
 use crate::frame::{Frame, GpuPattern};
 use crate::light::TurnedLight;
+use crate::masked::{MaskedHead, MaskedTriangle};
 use crate::refine::Choice;
 use crate::scene::GpuMaterial;
 use crate::visibility::Space;
@@ -99,4 +100,15 @@ fn structures_are_laid_out_alike() {
     assert_eq!(members[1].1 as usize, std::mem::offset_of!(GpuMaterial, texels));
     assert_eq!(members[2].1 as usize, std::mem::offset_of!(GpuMaterial, size));
     assert_eq!(span as usize, size_of::<GpuMaterial>());
+    let module = &parsed(&named("hide")).0;
+    let (members, _) = structure(module, "Masked");
+    let offsets: Vec<usize> = members.iter().map(|(_, offset)| *offset as usize).collect();
+    // Triangles follow at once.
+    let expected = [
+        std::mem::offset_of!(MaskedHead, root),
+        std::mem::offset_of!(MaskedHead, first),
+        size_of::<MaskedHead>(),
+    ];
+    assert_eq!(offsets, expected);
+    check!(module, "MaskedTriangle", MaskedTriangle, a, b, c, size, texels);
 }

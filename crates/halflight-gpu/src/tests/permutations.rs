@@ -7,12 +7,13 @@ use crate::bindings::{Access, Slot};
 use crate::gpu::WORKGROUP_BYTES;
 use crate::program::Program;
 use crate::shader::{Shader, module_names, shader_module};
-use crate::{compose, gbuffer, present, refine, specular, textured, upsample, visibility};
+use crate::{compose, emission, gbuffer, present, refine, specular, textured, upsample, visibility};
 
 /// Returns the programs of all stages.
 fn all() -> impl Iterator<Item = &'static Program> {
     let single = [
         compose::PROGRAMS,
+        emission::PROGRAMS,
         gbuffer::PROGRAMS,
         present::PROGRAMS,
         specular::PROGRAMS,

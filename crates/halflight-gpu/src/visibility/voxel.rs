@@ -12,6 +12,7 @@ use super::backend::{Backend, Both};
 use crate::bindings::Slot;
 use crate::error::GpuError;
 use crate::light::{TurnedLight, deepest};
+use crate::masked::Parted;
 use crate::needs::Needs;
 use crate::pass::{Compiler, Pass};
 use crate::program::programs;
@@ -45,7 +46,10 @@ pub(crate) struct Space {
 #[derive(Debug)]
 pub(super) struct Voxel {
     config: VoxelConfig,
+    /// Number of triangles that fill voxels.
     triangles: u64,
+    /// Number of corners that voxels reach to: those of all triangles.
+    corners: u64,
     range: Pass,
     clearance: Pass,
     small: Pass,
@@ -55,11 +59,11 @@ pub(super) struct Voxel {
 }
 
 impl Voxel {
-    /// Compiles the passes for a scene of so many triangles.
+    /// Compiles the passes for the triangles of a scene.
     ///
     /// # Errors
     /// A constant is out of range, or a shader cannot be compiled.
-    pub(super) fn new(compiler: &Compiler, triangles: usize, config: VoxelConfig) -> Result<Self, GpuError> {
+    pub(super) fn new(compiler: &Compiler, parted: &Parted, config: VoxelConfig) -> Result<Self, GpuError> {
         config.validate().map_err(PipelineError::from)?;
         let steps = match config.traversal {
             Traversal::Steps { count } => count,
@@ -69,13 +73,14 @@ impl Voxel {
             ("RESOLUTION", config.resolution.into()),
             ("BITS", config.depth_bits.into()),
             ("BIAS", config.bias.into()),
-            ("TRIANGLES", triangles as f64),
+            ("TRIANGLES", parted.opaque.len() as f64),
         ];
         let pass = |program, own: &[_]| compiler.pass(program, &[&constants, own].concat());
         let march = [("STEPS", steps.into()), ("THICKNESS", config.thickness.into())];
         Ok(Self {
             config,
-            triangles: triangles as u64,
+            triangles: parted.opaque.len() as u64,
+            corners: 3 * parted.count() as u64,
             range: pass(RANGE, &[])?,
             clearance: pass(CLEARANCE, &[])?,
             small: pass(FILL, &[("LARGE", 0.0)])?,
@@ -127,7 +132,7 @@ impl Backend for Voxel {
         recorder.clear(Slot::Voxels);
         recorder.clear_words(Slot::Large, 0, 1);
         let mut run = |pass, frame, groups| recorder.run(pass, Timed::Visibility, frame, groups);
-        run(&self.range, 0, Groups::Count(pixels.max(3 * self.triangles)));
+        run(&self.range, 0, Groups::Count(pixels.max(self.corners)));
         for light in 0..lights {
             run(&self.clearance, light * stride, Groups::Count(1));
         }
