@@ -96,6 +96,9 @@ impl Bench {
                 .collect();
             self.gpu.queue.write_buffer(gloss, 0, bytemuck::cast_slice(&surfaces));
         }
+        let albedo: Vec<[f32; 4]> =
+            gbuffer.albedo.iter().map(|albedo| albedo.extend(1.0).to_array()).collect();
+        self.gpu.queue.write_buffer(renderer.albedo(), 0, bytemuck::cast_slice(&albedo));
         self.gpu.queue.write_buffer(renderer.position(), 0, bytemuck::cast_slice(&position));
         self.gpu.queue.write_buffer(renderer.normal(), 0, bytemuck::cast_slice(&normal));
     }
