@@ -60,11 +60,11 @@ fn samples_are_hidden_by_solid_texels_as_on_the_cpu() {
         let config = with(backend, 64, 48);
         let twins = Twins::render(&bench, "garden", &config, true);
         let (flips, rays) = compare(&bench, &twins).unwrap();
-        // Leaves have many more edges and borders of texels in a ray's way than other scenes.
-        assert!(rays > 50_000 && flips * 10_000 <= rays, "{backend}: {flips} of {rays}");
+        // Threshold as for other scenes: few rays pass an edge or the border of a texel within rounding.
+        assert!(rays > 50_000 && flips * 50_000 <= rays, "{backend}: {flips} of {rays}");
         let twins = Twins::of(&bench, Stage::new(sieve(holes)).unwrap(), &config, true);
         let (flips, rays) = compare(&bench, &twins).unwrap();
-        assert!(rays > 50_000 && flips * 10_000 <= rays, "{backend}: {flips} of {rays}");
+        assert!(rays > 50_000 && flips * 50_000 <= rays, "{backend}: {flips} of {rays}");
     }
 }
 
@@ -76,7 +76,7 @@ fn voxels_leave_masked_triangles_to_rays() {
     let mut twins = Twins::render(&bench, "garden", &marching, true);
     let [flips, strange, rays] = voxels::compare(&bench, &twins, config);
     // Threshold as for voxels without masks.
-    assert!(rays > 50_000 && flips * 5_000 <= rays && strange == 0, "{flips} and {strange} of {rays}");
+    assert!(rays > 50_000 && flips * 10_000 <= rays && strange == 0, "{flips} and {strange} of {rays}");
     twins.alter(&bench, &marching, ["visibility/solid_hits", "&& is_solid(triangle, origin, d)", ""]);
     let [flips, strange, _] = voxels::compare(&bench, &twins, config);
     assert!(flips * 100 > rays && strange > 0, "{flips} and {strange} of {rays}");
@@ -102,7 +102,7 @@ fn refiners_know_of_masks() {
             let twins = Twins::of(&bench, Stage::new(sieve(holes)).unwrap(), &config, true);
             let off = nmse2(&bench.read::<[f32; 4]>(twins.gpu.image()), twins.cpu.image());
             // A ray that rounding decides differently may split a cell, and an error target samples by other plans.
-            let most = if refiner == RefinerConfig::Lattice(target) { 5e-3 } else { 1e-3 };
+            let most = if refiner == RefinerConfig::Lattice(target) { 1e-4 } else { 1e-5 };
             assert!(off < most, "{refiner:?} {backend}: {off:e}");
         }
     }
@@ -163,7 +163,8 @@ fn pixels_see_solid_texels_and_through_holes() {
         assert_eq!(strange, 0, "{name}: of {others}");
         let image: Vec<[f32; 4]> = bench.read(twins.gpu.image());
         let off = nmse2(&image, twins.cpu.image());
-        assert!(off < 1e-2, "{name}: {off:e}");
+        // Pixels on outlines and borders see their other side.
+        assert!(off < 1e-3, "{name}: {off:e}");
     }
 }
 
@@ -273,5 +274,5 @@ fn the_storage_buffers_of_webgpu_are_enough() {
     assert!(compare(&bench, &twins).is_ok_and(|(flips, rays)| flips * 10_000 <= rays));
     bench.render(&mut twins.gpu, &Inputs { surfaces: Surfaces::Scene, ..Inputs::default() });
     let off = nmse2(&bench.read::<[f32; 4]>(twins.gpu.image()), twins.cpu.image());
-    assert!(off < 1e-2, "{off:e}");
+    assert!(off < 1e-3, "{off:e}");
 }
