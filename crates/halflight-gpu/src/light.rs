@@ -34,7 +34,8 @@ impl Frame {
         let (mut outline, mut corners, mut sides) = (0, [[0.0; 4]; 12], [[0.0; 4]; 12]);
         match &light.shape {
             Shape::Parallelogram(_) => {}
-            Shape::Ellipse(_) => outline = 1,
+            // Spheres are refused where a renderer is made.
+            Shape::Ellipse(_) | Shape::Sphere(_) => outline = 1,
             Shape::Polygon(polygon) => {
                 outline = polygon.corners().len() as u32;
                 for (place, &corner) in corners.iter_mut().zip(polygon.corners()) {

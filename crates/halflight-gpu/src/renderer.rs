@@ -366,8 +366,14 @@ fn refuse_alpha_masks(mesh: &Mesh) -> Result<(), GpuError> {
     }
 }
 
-/// Refuses textured lights of more than one colour, and lights that the camera sees.
+/// Refuses textured lights of more than one colour, lights that the camera sees and spheres.
 fn refuse_lights(lights: &[AreaLight]) -> Result<(), GpuError> {
+    if lights.iter().any(|light| light.as_sphere().is_some()) {
+        return Err(GpuError::Unsupported {
+            stage: "a sphere light",
+            reason: "render the scene on the CPU, or take a disk that faces the scene instead",
+        });
+    }
     if lights.iter().any(|light| light.visible) {
         return Err(GpuError::Unsupported {
             stage: "a light that the camera sees",
