@@ -27,6 +27,9 @@ impl TurnedLight {
     }
 }
 
+/// Outline of a sphere, whose places for corners hold those of a tetrahedron around it, then its centre and radius.
+const SPHERE: u32 = 2;
+
 impl Frame {
     /// Returns the uniform of one light.
     pub(crate) fn with_light(self, number: u32, light: &AreaLight) -> Self {
@@ -34,8 +37,14 @@ impl Frame {
         let (mut outline, mut corners, mut sides) = (0, [[0.0; 4]; 12], [[0.0; 4]; 12]);
         match &light.shape {
             Shape::Parallelogram(_) => {}
-            // Spheres are refused where a renderer is made.
-            Shape::Ellipse(_) | Shape::Sphere(_) => outline = 1,
+            Shape::Ellipse(_) => outline = 1,
+            Shape::Sphere(sphere) => {
+                outline = SPHERE;
+                for (place, corner) in corners.iter_mut().zip(light.corners()) {
+                    *place = corner.extend(0.0).to_array();
+                }
+                corners[4] = sphere.centre.extend(sphere.radius).to_array();
+            }
             Shape::Polygon(polygon) => {
                 outline = polygon.corners().len() as u32;
                 for (place, &corner) in corners.iter_mut().zip(polygon.corners()) {

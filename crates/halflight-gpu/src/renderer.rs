@@ -39,6 +39,8 @@ pub struct Renderer {
     scene_buffers: SceneBuffers,
     /// Lights of the scene, moved off the triangles that they are flush with.
     lights: Vec<AreaLight>,
+    /// True if the visibility backend answers for sphere lights.
+    spheres: bool,
     flush: Vec<FlushLight>,
     sampling: LightSampling,
     pattern: Pattern,
@@ -104,7 +106,8 @@ impl Renderer {
         check_limits(&device.limits())?;
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
         let (lights, flush) = separate_lights(scene, None);
-        refuse_lights(&lights)?;
+        let spheres = matches!(config.visibility, VisibilityConfig::Bvh | VisibilityConfig::Auto);
+        refuse_lights(&lights, spheres)?;
         refuse_surfaces(&scene.mesh)?;
         refuse_alpha_masks(&scene.mesh)?;
         let compiler = Compiler { device, replaced: modules };
@@ -118,6 +121,7 @@ impl Renderer {
             scene: scene.clone(),
             scene_buffers,
             lights,
+            spheres,
             flush,
             sampling: config.sampling,
             pattern,
@@ -210,7 +214,7 @@ impl Renderer {
     /// Moves the lights of the scene off the triangles that they are flush with, and makes room for them.
     fn place_lights(&mut self) -> Result<(), GpuError> {
         let (lights, flush) = separate_lights(&self.scene, None);
-        refuse_lights(&lights)?;
+        refuse_lights(&lights, self.spheres)?;
         refuse_surfaces(&self.scene.mesh)?;
         let (width, height) = self.size();
         let needs = self.stages.needs(width, height, self.pattern, &lights)?;
@@ -366,12 +370,12 @@ fn refuse_alpha_masks(mesh: &Mesh) -> Result<(), GpuError> {
     }
 }
 
-/// Refuses textured lights of more than one colour, lights that the camera sees and spheres.
-fn refuse_lights(lights: &[AreaLight]) -> Result<(), GpuError> {
-    if lights.iter().any(|light| light.as_sphere().is_some()) {
+/// Refuses textured lights of more than one colour, lights that the camera sees and, where the backend has no answers for them, spheres.
+fn refuse_lights(lights: &[AreaLight], spheres: bool) -> Result<(), GpuError> {
+    if !spheres && lights.iter().any(|light| light.as_sphere().is_some()) {
         return Err(GpuError::Unsupported {
-            stage: "a sphere light",
-            reason: "render the scene on the CPU, or take a disk that faces the scene instead",
+            stage: "a sphere light with beam, raster4d or voxel",
+            reason: "every receiver has light samples of its own; use bvh or auto, which trace rays",
         });
     }
     if lights.iter().any(|light| light.visible) {

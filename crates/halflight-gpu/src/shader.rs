@@ -153,6 +153,7 @@ modules![
     "shared/receiver",
     "shared/tangent_plane",
     "shared/sortable",
+    "shared/sphere",
     "shared/sums",
     "shared/surface",
     "shared/tally",
