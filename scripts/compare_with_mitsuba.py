@@ -98,6 +98,8 @@ def emitter(mi, numpy, light, channel):
     if light.shape == "polygon":
         faces = [(0, corner, corner + 1) for corner in range(1, len(light.points) - 1)]
         return triangles(mi, numpy, "light", light.points, faces, {"emitter": area})
+    if light.shape == "sphere":
+        return mi.load_dict({"type": "sphere", "center": [float(x) for x in light.centre], "radius": float(light.radius), "emitter": area})
     kind = "rectangle" if light.shape == "parallelogram" else "disk"
     return mi.load_dict({"type": kind, "to_world": placed(mi, numpy, light.u, light.v, light.centre), "emitter": area})
 

@@ -37,13 +37,14 @@ class Camera:
 @dataclasses.dataclass
 class Light:
     """One-sided light. `u` and `v` run from the centre to the edges of a parallelogram or along the axes of an ellipse, and the light emits
-    along their cross product; polygons emit to where their points run counterclockwise."""
+    along their cross product; polygons emit to where their points run counterclockwise. Spheres have a centre and a radius."""
     shape: str
     radiance: list
     centre: numpy.ndarray = None
     u: numpy.ndarray = None
     v: numpy.ndarray = None
     points: list = None
+    radius: float = None
     texture: pathlib.Path = None
     encoding: str = "auto"
     transposed: bool = False
@@ -111,11 +112,15 @@ def read_light(entry, folder):
     """One side of a `[[light]]`."""
     shape = entry.get("shape", "parallelogram")
     keys = {"parallelogram": ["corner", "edge_u", "edge_v", "texture", "texture_encoding", "texture_stretch"],
-            "disk": ["centre", "normal", "radius"], "ellipse": ["centre", "axis_u", "axis_v"], "polygon": ["points"]}
+            "disk": ["centre", "normal", "radius"], "ellipse": ["centre", "axis_u", "axis_v"], "polygon": ["points"],
+            "sphere": ["centre", "radius"]}
     if shape not in keys:
         raise Refused(f"[[light]] has the shape `{shape}`, expected one of {', '.join(keys)}")
-    only(entry, f"[[light]] of shape {shape}", ["shape", "radiance", "two_sided", *keys[shape]])
+    sides = [] if shape == "sphere" else ["two_sided"]
+    only(entry, f"[[light]] of shape {shape}", ["shape", "radiance", *sides, *keys[shape]])
     radiance = entry["radiance"]
+    if shape == "sphere":
+        return Light(shape, radiance, vector(entry["centre"]), radius=entry["radius"])
     if shape == "polygon":
         return Light(shape, radiance, points=[vector(point) for point in entry["points"]])
     if shape == "parallelogram":

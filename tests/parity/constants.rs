@@ -34,6 +34,8 @@ const PAIRS: &[Pair] = &[
     (("visibility/raster4d", "MARGIN"), ("halflight-cpu/src/raster4d/project.rs", "MARGIN")),
     (("visibility/traversal", "STACK"), ("halflight-gpu/src/hierarchy.rs", "STACK")),
     (("visibility/voxel_space", "LIGHTS"), ("halflight-gpu/src/visibility/voxel.rs", "LIGHTS")),
+    (("shared/sphere", "SPHERE"), ("halflight-gpu/src/light.rs", "SPHERE")),
+    (("shared/sphere", "SPHERE_ROUNDING"), ("halflight-core/src/light/sphere.rs", "ROUNDING")),
     (("shared/arguments", "SIDE"), ("halflight-gpu/src/recorder.rs", "SIDE")),
     (("shared/visible_tolerance", "TOLERANCE_IN_VISIBLE_ERROR"), (LATTICE, "TOLERANCE_IN_VISIBLE_ERROR")),
     (("shared/visible_tolerance", "LEAST_DEVIATIONS"), (SPLIT_TEST, "DEVIATIONS")),

@@ -43,6 +43,7 @@ fn lights() -> Vec<AreaLight> {
         parallelogram(at(-2.0, 0.1, 0.9), at(9.0, 1.0, 9.0)).reversed().visible(),
         parallelogram(at(-0.6, 0.1, 1.4), at(1.0, 6.0, 6.0)).reversed().two_sided().visible(),
         parallelogram(at(-2.4, 1.6, 0.0), at(2.0, 2.0, 2.0)),
+        AreaLight::sphere(at(-1.0, 0.3, 0.3), 0.3, at(3.0, 7.0, 2.0)).visible(),
     ]
 }
 

@@ -69,6 +69,8 @@ fn integrated(scene: &Scene, origin: Vec3, normal: Vec3, specular: &Specular, si
     let f0 = specular.reflectance.lerp(albedo, specular.metallic).as_dvec3();
     let mut radiance = DVec3::ZERO;
     for light in &scene.lights {
+        // Of a sphere, the disk that covers it.
+        let light = light.seen_from(origin);
         let LightFrame { origin: corner, u, v } = light.frame();
         let (corner, u, v) = (corner.as_dvec3(), u.as_dvec3(), v.as_dvec3());
         let area = u.cross(v);
@@ -96,7 +98,7 @@ fn integrated(scene: &Scene, origin: Vec3, normal: Vec3, specular: &Specular, si
                 2.0 * cosine / (cosine + (alpha * alpha + (1.0 - alpha * alpha) * cosine * cosine).sqrt())
             };
             let fresnel = f0 + (DVec3::ONE - f0) * (1.0 - view.dot(half)).powi(5);
-            let texel = scene.light_texture(light).map_or(Vec3::ONE, |texture| texture.at(uv));
+            let texel = scene.light_texture(&light).map_or(Vec3::ONE, |texture| texture.at(uv));
             let emitted = (light.radiance * texel).as_dvec3();
             radiance +=
                 emitted * fresnel * (distribution * g1(incidence) * g1(cosine) / (4.0 * cosine) * solid);
@@ -155,13 +157,15 @@ fn shadowed_highlights_are_those_of_brute_force() {
 }
 
 #[test]
-fn disks_and_textures_are_reflected() {
+fn disks_spheres_and_textures_are_reflected() {
     let specular = dielectric(0.4);
     let disk = AreaLight::disk(Vec3::new(0.3, 1.5, -3.5), Vec3::Z, 0.9, Vec3::new(4.0, 3.0, 2.0));
     let texels = vec![Vec3::X * 4.0, Vec3::ZERO, Vec3::new(0.1, 0.5, 2.0), Vec3::ONE, Vec3::Y, Vec3::ZERO];
     let texture = LightTexture::new(3, 2, texels).unwrap();
+    let sphere = AreaLight::sphere(Vec3::new(-0.2, 1.4, -3.0), 0.8, Vec3::new(2.0, 3.0, 4.0));
     for stage in [
         stage(specular, vec![disk], vec![]),
+        stage(specular, vec![sphere], vec![]),
         stage(specular, vec![screen().textured(0), disk], vec![texture]),
     ] {
         for refiner in refiners() {

@@ -9,6 +9,7 @@ mod half_plane;
 mod light_shapes;
 mod open_floor;
 mod smooth_sphere;
+mod sphere_lights;
 mod textured_lights;
 mod unshadowed;
 mod visible_lights;

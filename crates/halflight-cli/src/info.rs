@@ -41,11 +41,13 @@ pub(crate) fn run(args: &SceneArg) -> Outcome {
     for (index, light) in scene.lights.iter().enumerate() {
         let texture = light.texture.and_then(|place| scene.light_textures.get(place.index as usize));
         let texture = texture.map(|texture| (texture.width(), texture.height()));
+        let form = match light.as_sphere() {
+            Some(sphere) => format!("centre {}, sphere of radius {} m", sphere.centre, sphere.radius),
+            None => format!("centre {}, towards {}", light.centre(), light.normal()),
+        };
         writeln!(
             out,
-            "light {index}    centre {}, towards {}, {:.3} m², radiance {} W/m²/sr{}{}",
-            light.centre(),
-            light.normal(),
+            "light {index}    {form}, {:.3} m², radiance {} W/m²/sr{}{}",
             light.area(),
             light.radiance,
             if light.two_sided { ", two-sided" } else { "" },

@@ -2,7 +2,9 @@
 
 mod extent;
 mod polygon;
+mod sphere;
 
+use std::borrow::Cow;
 use std::f32::consts::FRAC_PI_4;
 
 use glam::{Vec2, Vec3};
@@ -10,6 +12,7 @@ use glam::{Vec2, Vec3};
 use crate::limits::{MAX_COORDINATE, MAX_RADIANCE};
 pub use extent::Extent;
 pub use polygon::{Polygon, PolygonError};
+pub use sphere::Sphere;
 
 /// Surface that emits along its normal: a uniform radiance, or one times a texture.
 ///
@@ -48,6 +51,8 @@ pub enum Shape {
     Ellipse(Ellipse),
     /// Convex polygon.
     Polygon(Polygon),
+    /// Sphere.
+    Sphere(Sphere),
 }
 
 /// Ellipse `centre + cos t · axis_u + sin t · axis_v`, a disk where the axes are perpendicular and equally long. It emits along
@@ -73,7 +78,7 @@ pub struct Parallelogram {
     pub edge_v: Vec3,
 }
 
-/// Parallelogram that contains a light, in the light's plane: all samples have coordinates 0 … 1 along `u` and `v`.
+/// Parallelogram that contains a flat light, in its plane: all samples have coordinates 0 … 1 along `u` and `v`.
 ///
 /// `cross(u, v)` points to the emitting side. Coordinates in the frame are those of the sample pattern. Samples outside the light's
 /// [extent](AreaLight::extent) are never asked for.
@@ -111,6 +116,12 @@ pub enum LightError {
         /// Index of the light in the scene.
         index: usize,
     },
+    /// The radius of a sphere is zero or negative.
+    #[error("light {index} has a radius of 0 or less, expected metres above 0")]
+    Radius {
+        /// Index of the light in the scene.
+        index: usize,
+    },
     /// The scene has no texture with the light's index.
     #[error("light {index} has texture {texture}, but the scene has only {count}")]
     Texture {
@@ -141,6 +152,15 @@ pub enum LightError {
         /// Index of the light in the scene.
         index: usize,
     },
+}
+
+impl Ellipse {
+    /// Parallelogram whose sides it touches.
+    #[inline]
+    fn frame(&self) -> LightFrame {
+        let Self { centre, axis_u, axis_v } = *self;
+        LightFrame { origin: centre - axis_u - axis_v, u: axis_u * 2.0, v: axis_v * 2.0 }
+    }
 }
 
 impl AreaLight {
@@ -191,17 +211,53 @@ impl AreaLight {
         Ok(Self { shape, radiance, two_sided: false, visible: false, texture: None })
     }
 
-    /// Parallelogram that contains the light.
+    /// Creates a sphere; see [`Sphere`].
+    pub const fn sphere(centre: Vec3, radius: f32, radiance: Vec3) -> Self {
+        let shape = Shape::Sphere(Sphere { centre, radius });
+        Self { shape, radiance, two_sided: false, visible: false, texture: None }
+    }
+
+    /// The sphere that the light is, if it is one. What receivers see of it depends on where they are ([`AreaLight::seen_from`]).
+    #[inline]
+    pub const fn as_sphere(&self) -> Option<&Sphere> {
+        match &self.shape {
+            Shape::Sphere(sphere) => Some(sphere),
+            Shape::Parallelogram(_) | Shape::Ellipse(_) | Shape::Polygon(_) => None,
+        }
+    }
+
+    /// Flat light that a receiver at `origin` sees: the light itself or, of a sphere, the disk that covers it
+    /// ([`Sphere::disk_seen_from`]). Its frame is that of the receiver's light samples.
+    #[inline]
+    pub fn seen_from(&self, origin: Vec3) -> Cow<'_, Self> {
+        match self.as_sphere() {
+            None => Cow::Borrowed(self),
+            Some(sphere) => Cow::Owned(Self {
+                shape: Shape::Ellipse(sphere.disk_seen_from(origin)),
+                // The disk faces the receiver, whatever rounding says.
+                two_sided: true,
+                ..*self
+            }),
+        }
+    }
+
+    /// True if the light is a sphere around the receiver at `origin` or touches it within rounding ([`Sphere::surrounds`]).
+    #[inline]
+    pub fn surrounds(&self, origin: Vec3) -> bool {
+        self.as_sphere().is_some_and(|sphere| sphere.surrounds(origin))
+    }
+
+    /// Parallelogram that contains the light; of a sphere, that of [`Sphere::great_disk`], in which receivers have no light samples: theirs
+    /// lie in the frame of [`AreaLight::seen_from`].
     #[inline]
     pub fn frame(&self) -> LightFrame {
         match self.shape {
             Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v }) => {
                 LightFrame { origin: corner, u: edge_u, v: edge_v }
             }
-            Shape::Ellipse(Ellipse { centre, axis_u, axis_v }) => {
-                LightFrame { origin: centre - axis_u - axis_v, u: axis_u * 2.0, v: axis_v * 2.0 }
-            }
+            Shape::Ellipse(ellipse) => ellipse.frame(),
             Shape::Polygon(polygon) => polygon.frame(),
+            Shape::Sphere(sphere) => sphere.great_disk().frame(),
         }
     }
 
@@ -213,7 +269,7 @@ impl AreaLight {
             Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v }) => {
                 corner + edge_u * uv.x + edge_v * uv.y
             }
-            Shape::Ellipse(_) | Shape::Polygon(_) => {
+            Shape::Ellipse(_) | Shape::Polygon(_) | Shape::Sphere(_) => {
                 let LightFrame { origin, u, v } = self.frame();
                 origin + u * uv.x + v * uv.y
             }
@@ -225,7 +281,7 @@ impl AreaLight {
     pub fn extent(&self) -> Extent {
         match &self.shape {
             Shape::Parallelogram(_) => Extent::Whole,
-            Shape::Ellipse(_) => Extent::Ellipse,
+            Shape::Ellipse(_) | Shape::Sphere(_) => Extent::Ellipse,
             Shape::Polygon(polygon) => Extent::Polygon(polygon.sides()),
         }
     }
@@ -235,7 +291,7 @@ impl AreaLight {
     pub fn vector_area(&self) -> Vec3 {
         match self.shape {
             Shape::Parallelogram(Parallelogram { edge_u, edge_v, .. }) => edge_u.cross(edge_v),
-            Shape::Ellipse(_) | Shape::Polygon(_) => {
+            Shape::Ellipse(_) | Shape::Polygon(_) | Shape::Sphere(_) => {
                 let LightFrame { u, v, .. } = self.frame();
                 u.cross(v)
             }
@@ -251,17 +307,22 @@ impl AreaLight {
     pub fn filled(&self) -> f32 {
         match &self.shape {
             Shape::Parallelogram(_) => 1.0,
-            Shape::Ellipse(_) => FRAC_PI_4,
+            Shape::Ellipse(_) | Shape::Sphere(_) => FRAC_PI_4,
             Shape::Polygon(polygon) => polygon.area() / self.frame_area(),
         }
     }
 
-    /// Area in m².
+    /// Area of one side in m², or of the surface of a sphere.
     pub fn area(&self) -> f32 {
-        self.frame_area() * self.filled()
+        match &self.shape {
+            Shape::Sphere(sphere) => sphere.area(),
+            Shape::Parallelogram(_) | Shape::Ellipse(_) | Shape::Polygon(_) => {
+                self.frame_area() * self.filled()
+            }
+        }
     }
 
-    /// Unit normal of the emitting side.
+    /// Unit normal of the emitting side; of a sphere, which has none, that of its [frame](AreaLight::frame).
     pub fn normal(&self) -> Vec3 {
         self.vector_area().normalize_or_zero()
     }
@@ -272,32 +333,44 @@ impl AreaLight {
         origin + (u + v) * 0.5
     }
 
-    /// Corners of the frame in order around it: the light lies in their convex hull.
+    /// Corners of the frame in order around it, or of a tetrahedron around a sphere: the light lies in their convex hull.
+    #[inline]
     pub fn corners(&self) -> [Vec3; 4] {
+        if let Shape::Sphere(sphere) = &self.shape {
+            return sphere.corners();
+        }
         let LightFrame { origin, u, v } = self.frame();
         [origin, origin + u, origin + u + v, origin + v]
     }
 
-    /// Low and high corner of the frame's bounding box, world space.
+    /// Low and high corner of the bounding box of the frame, or of a sphere, world space.
     pub fn bounds(&self) -> (Vec3, Vec3) {
+        if let Shape::Sphere(Sphere { centre, radius }) = self.shape {
+            return (centre - radius, centre + radius);
+        }
         let [a, b, c, d] = self.corners();
         (a.min(b).min(c).min(d), a.max(b).max(c).max(d))
     }
 
-    /// Height of a point above the light's plane times the light's area: positive on the emitting side.
+    /// Height of a point above the light's plane times the light's area: positive on the emitting side. 1 for a sphere, which emits to
+    /// everywhere.
     #[inline]
     pub fn side(&self, point: Vec3) -> f32 {
+        if self.as_sphere().is_some() {
+            return 1.0;
+        }
         self.vector_area().dot(point - self.frame().origin)
     }
 
-    /// True if light leaves towards `point`: always for a two-sided light, only in front of a one-sided one.
+    /// True if light leaves towards `point`: always for a two-sided light and a sphere, only in front of a one-sided one.
     #[inline]
     pub fn emits_towards(&self, point: Vec3) -> bool {
         let side = self.side(point);
         if self.two_sided { side != 0.0 } else { side > 0.0 }
     }
 
-    /// Light after an affine map that takes points to `point(p)` and directions to `direction(d)`.
+    /// Light after an affine map that takes points to `point(p)` and directions to `direction(d)`. A sphere stays a sphere: its volume is
+    /// scaled as all volumes are.
     #[must_use]
     #[inline]
     pub fn transformed(&self, point: impl Fn(Vec3) -> Vec3, direction: impl Fn(Vec3) -> Vec3) -> Self {
@@ -315,6 +388,11 @@ impl AreaLight {
                 axis_v: direction(axis_v),
             }),
             Shape::Polygon(polygon) => Shape::Polygon(polygon.transformed(point, direction)),
+            Shape::Sphere(Sphere { centre, radius }) => {
+                let [x, y, z] = [Vec3::X, Vec3::Y, Vec3::Z].map(direction);
+                let scale = x.cross(y).dot(z).abs().cbrt();
+                Shape::Sphere(Sphere { centre: point(centre), radius: radius * scale })
+            }
         };
         Self { shape, ..*self }
     }
@@ -335,14 +413,14 @@ impl AreaLight {
                 let (edge_u, edge_v) = (edge_u * factor, edge_v * factor);
                 Self { shape: Shape::Parallelogram(Parallelogram { corner, edge_u, edge_v }), ..*self }
             }
-            Shape::Ellipse(_) | Shape::Polygon(_) => {
+            Shape::Ellipse(_) | Shape::Polygon(_) | Shape::Sphere(_) => {
                 let centre = self.centre();
                 self.transformed(|point| centre + (point - centre) * factor, |direction| direction * factor)
             }
         }
     }
 
-    /// Light that emits from its other side. Every point keeps its radiance, so that a texture is mirrored.
+    /// Light that emits from its other side; a sphere has one only. Every point keeps its radiance, so that a texture is mirrored.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let transpose = |place: TexturePlace| TexturePlace { transposed: !place.transposed, ..place };
@@ -354,6 +432,7 @@ impl AreaLight {
                 Shape::Ellipse(Ellipse { centre, axis_u: axis_v, axis_v: axis_u })
             }
             Shape::Polygon(polygon) => Shape::Polygon(polygon.reversed()),
+            Shape::Sphere(sphere) => Shape::Sphere(sphere),
         };
         Self { shape, texture: self.texture.map(transpose), ..*self }
     }
@@ -368,8 +447,12 @@ impl AreaLight {
         if !finite {
             return Err(LightError::NotFinite { index });
         }
-        if self.corners().iter().any(|corner| corner.abs().max_element() >= MAX_COORDINATE) {
+        let (low, high) = self.bounds();
+        if low.abs().max(high.abs()).max_element() >= MAX_COORDINATE {
             return Err(LightError::TooFar { index });
+        }
+        if self.as_sphere().is_some_and(|sphere| sphere.radius <= 0.0) {
+            return Err(LightError::Radius { index });
         }
         if self.radiance.min_element() < 0.0 {
             return Err(LightError::Negative { index });
@@ -433,6 +516,29 @@ mod tests {
     }
 
     #[test]
+    fn spheres_are_spheres_after_every_map() {
+        let light = AreaLight::sphere(Vec3::new(1.0, 2.0, 3.0), 0.5, Vec3::ONE);
+        let sphere = |light: AreaLight| *light.as_sphere().unwrap();
+        assert_eq!(light.validate(0), Ok(()));
+        assert_eq!(light.bounds(), (Vec3::new(0.5, 1.5, 2.5), Vec3::new(1.5, 2.5, 3.5)));
+        assert!((light.area() - std::f32::consts::PI).abs() < 1e-6);
+        assert_eq!(light.reversed(), light);
+        assert!(light.emits_towards(Vec3::ZERO) && light.emits_towards(light.centre()));
+        assert_eq!(sphere(light.moved(Vec3::X)), Sphere { centre: Vec3::new(2.0, 2.0, 3.0), radius: 0.5 });
+        assert!((sphere(light.scaled(3.0)).radius - 1.5).abs() < 1e-6);
+        let stretched =
+            sphere(light.transformed(|p| p * Vec3::new(1.0, 8.0, 1.0), |d| d * Vec3::new(1.0, 8.0, 1.0)));
+        assert!((stretched.radius - 1.0).abs() < 1e-6 && stretched.centre.y == 16.0);
+        assert_eq!(light.textured(0).validate(2), Err(LightError::TexturedShape { index: 2 }));
+        let of = |radius| AreaLight::sphere(Vec3::ZERO, radius, Vec3::ONE).validate(1);
+        assert_eq!([of(0.0), of(-1.0)], [Err(LightError::Radius { index: 1 }); 2]);
+        assert_eq!([of(f32::NAN), of(f32::INFINITY)], [Err(LightError::NotFinite { index: 1 }); 2]);
+        assert_eq!(of(1e8), Err(LightError::TooFar { index: 1 }));
+        assert!(light.surrounds(light.centre()) && !LIGHT.surrounds(LIGHT.centre()));
+        assert_eq!(LIGHT.seen_from(Vec3::ZERO).into_owned(), LIGHT);
+    }
+
+    #[test]
     fn shapes_lie_in_their_frames_and_have_their_areas() {
         let disk = AreaLight::disk(Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.0, -2.0, 0.5), 0.5, Vec3::ONE);
         let corners =
@@ -440,7 +546,9 @@ mod tests {
         let polygon = AreaLight::polygon(&corners, Vec3::ONE).unwrap();
         assert!(disk.normal().abs_diff_eq(Vec3::new(0.0, -2.0, 0.5).normalize(), 1e-6));
         assert!(polygon.normal().abs_diff_eq(Vec3::Y, 1e-6));
-        for light in [disk, polygon] {
+        let sphere = AreaLight::sphere(Vec3::new(1.0, 2.0, 3.0), 0.5, Vec3::ONE);
+        let seen = sphere.seen_from(Vec3::new(-1.0, 0.5, 2.0)).into_owned();
+        for light in [disk, polygon, seen] {
             let (extent, side) = (light.extent(), 400);
             let inside = |index: i32| {
                 let uv = Vec2::new((index % side) as f32 + 0.5, (index / side) as f32 + 0.5) / side as f32;

@@ -6,6 +6,7 @@
 use crate::certificate::{Certificate, Region};
 use crate::fragment::Fragments;
 use crate::frame::Frame;
+use crate::light::AreaLight;
 use crate::mask::MaskBatch;
 use crate::pattern::Pattern;
 use crate::pyramid::MAX_LEVEL;
@@ -29,6 +30,26 @@ impl Unsupported {
     /// A refusal by `stage` to answer `pattern`.
     pub fn new(stage: impl Into<String>, pattern: Pattern, reason: impl Into<String>) -> Self {
         Self { stage: stage.into(), pattern, reason: reason.into() }
+    }
+}
+
+/// Light that a stage cannot work with.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{stage} has no answers for {light}: {reason}")]
+#[non_exhaustive]
+pub struct UnsupportedLight {
+    /// Name of the stage that refuses.
+    pub stage: String,
+    /// Kind of light that it was asked for, in the plural.
+    pub light: String,
+    /// Why, and what would work.
+    pub reason: String,
+}
+
+impl UnsupportedLight {
+    /// A refusal by `stage` to work with lights of a kind, named in the plural.
+    pub fn new(stage: impl Into<String>, light: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self { stage: stage.into(), light: light.into(), reason: reason.into() }
     }
 }
 
@@ -88,6 +109,19 @@ pub trait Visibility: Send {
     /// A refusal that says why.
     fn supports(&self, _pattern: Pattern) -> Result<(), Unsupported> {
         Ok(())
+    }
+
+    /// Checks that the backend can answer queries about this light. By default it cannot where the frame of the light's samples depends on the
+    /// receiver ([`AreaLight::seen_from`]), as that of a sphere does.
+    ///
+    /// # Errors
+    /// A refusal that says why, and what works instead.
+    fn supports_light(&self, light: &AreaLight) -> Result<(), UnsupportedLight> {
+        if light.as_sphere().is_none() {
+            return Ok(());
+        }
+        let reason = "every receiver has a frame of light samples of its own; use bvh, beam or auto";
+        Err(UnsupportedLight::new("the visibility backend", "sphere lights", reason))
     }
 
     /// Writes what it can certify of the visible fraction in regions of receivers, one [`Certificate`] a region, as if there were no

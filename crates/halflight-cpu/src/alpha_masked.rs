@@ -31,12 +31,15 @@ pub(crate) fn hide(masked: &Bvh, frame: &Frame, batch: &mut MaskBatch) {
         return;
     }
     let (light, mesh) = (frame.light(batch.light()), &frame.scene.mesh);
+    // Receivers share a shaft to a light of which all see the same.
+    let group = if light.as_sphere().is_some() { 1 } else { GROUP };
     let parts = batch.parts();
-    let wanted = parts.wanted.par_chunks(GROUP * words);
-    let visible = parts.visible.par_chunks_mut(GROUP * words);
-    let groups = parts.queries.par_chunks(GROUP).zip(wanted).zip(visible).with_max_len(TASK);
+    let wanted = parts.wanted.par_chunks(group * words);
+    let visible = parts.visible.par_chunks_mut(group * words);
+    let groups = parts.queries.par_chunks(group).zip(wanted).zip(visible).with_max_len(TASK);
     let (isa, pool) = (Isa::best(), Pool::default());
     groups.for_each(|((queries, wanted), visible)| {
+        let light = &*light.seen_from(queries.first().map_or(Vec3::ZERO, |query| query.origin));
         pool.lend(Work::default, |work| {
             isa.run(Group { work, masked, mesh, light, pattern, words, queries, wanted, visible });
         });

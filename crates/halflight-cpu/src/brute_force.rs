@@ -2,9 +2,10 @@
 
 use glam::Vec3;
 use halflight_core::frame::Frame;
+use halflight_core::light::AreaLight;
 use halflight_core::mask::MaskBatch;
 use halflight_core::scene::Mesh;
-use halflight_core::stages::Visibility;
+use halflight_core::stages::{UnsupportedLight, Visibility};
 use rayon::prelude::*;
 
 use crate::occluder::{exact, is_solid};
@@ -15,6 +16,10 @@ use crate::occluder::{exact, is_solid};
 pub struct BruteForce;
 
 impl Visibility for BruteForce {
+    fn supports_light(&self, _light: &AreaLight) -> Result<(), UnsupportedLight> {
+        Ok(())
+    }
+
     fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
         let (pattern, words) = (batch.pattern(), batch.words());
         if words == 0 {
@@ -24,6 +29,7 @@ impl Visibility for BruteForce {
         let parts = batch.parts();
         let slots = parts.wanted.par_chunks(words).zip(parts.visible.par_chunks_mut(words));
         parts.queries.par_iter().zip(slots).for_each(|(query, (wanted, visible))| {
+            let light = light.seen_from(query.origin);
             for (word, (&wanted, visible)) in wanted.iter().zip(visible).enumerate() {
                 *visible = 0;
                 for bit in (0..64).filter(|bit| wanted >> bit & 1 != 0) {

@@ -1,15 +1,68 @@
 //! Lights that the camera sees.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use halflight_core::camera::View;
 use halflight_core::gbuffer::GBuffer;
-use halflight_core::light::{AreaLight, Extent, LightFrame};
+use halflight_core::light::{AreaLight, Extent, LightFrame, Sphere};
 use halflight_core::light_texture::PlacedTexture;
 use halflight_core::scene::Scene;
 use rayon::prelude::*;
 
 /// Light that the camera sees, by the rays from its eye.
-struct Seen<'a> {
+enum Seen<'a> {
+    Flat(FlatLight<'a>),
+    Sphere(SphereLight),
+}
+
+impl<'a> Seen<'a> {
+    /// The light as seen from `eye`; none from a side that does not emit.
+    fn new(scene: &'a Scene, light: &'a AreaLight, eye: Vec3) -> Option<Self> {
+        if !light.visible || !light.emits_towards(eye) {
+            return None;
+        }
+        Some(match light.as_sphere() {
+            Some(sphere) => Self::Sphere(SphereLight::new(sphere, light.radiance, eye)),
+            None => Self::Flat(FlatLight::new(scene, light, eye)),
+        })
+    }
+
+    /// Parameter and radiance where a ray along `d` from the eye meets the light.
+    fn along(&self, d: Vec3) -> Option<(f32, Vec3)> {
+        match self {
+            Self::Flat(light) => light.along(d),
+            Self::Sphere(light) => light.along(d),
+        }
+    }
+}
+
+/// Sphere that the camera sees.
+struct SphereLight {
+    radiance: Vec3,
+    /// Centre, from the eye.
+    centre: DVec3,
+    /// Square of the eye's distance from the centre without that of the radius: negative inside.
+    outside: f64,
+}
+
+impl SphereLight {
+    fn new(sphere: &Sphere, radiance: Vec3, eye: Vec3) -> Self {
+        let centre = sphere.centre.as_dvec3() - eye.as_dvec3();
+        Self { radiance, centre, outside: centre.length_squared() - f64::from(sphere.radius).powi(2) }
+    }
+
+    /// Nearest point of the surface; from inside the only one, which emits inwards as well.
+    fn along(&self, d: Vec3) -> Option<(f32, Vec3)> {
+        let d = d.as_dvec3();
+        let (square, along) = (d.length_squared(), self.centre.dot(d));
+        let root = (along * along - square * self.outside).sqrt();
+        // NaN, beside the sphere, is none.
+        let t = if self.outside > 0.0 { self.outside / (along + root) } else { (along + root) / square };
+        (t > 0.0 && root >= 0.0).then_some((t as f32, self.radiance))
+    }
+}
+
+/// Flat light that the camera sees.
+struct FlatLight<'a> {
     light: &'a AreaLight,
     texture: Option<PlacedTexture<'a>>,
     extent: Extent,
@@ -21,19 +74,15 @@ struct Seen<'a> {
     duals: [Vec3; 2],
 }
 
-impl<'a> Seen<'a> {
-    /// The light as seen from `eye`; none from a side that does not emit.
-    fn new(scene: &'a Scene, light: &'a AreaLight, eye: Vec3) -> Option<Self> {
-        if !light.visible || !light.emits_towards(eye) {
-            return None;
-        }
+impl<'a> FlatLight<'a> {
+    fn new(scene: &'a Scene, light: &'a AreaLight, eye: Vec3) -> Self {
         let LightFrame { origin, u, v } = light.frame();
         let normal = u.cross(v);
         let squared = normal.length_squared();
         let duals = [v.cross(normal) / squared, normal.cross(u) / squared];
         let corner = origin - eye;
         let (texture, extent) = (scene.light_texture(light), light.extent());
-        Some(Self { light, texture, extent, normal, height: normal.dot(corner), corner, duals })
+        Self { light, texture, extent, normal, height: normal.dot(corner), corner, duals }
     }
 
     /// Parameter and radiance where a ray along `d` from the eye meets the light.

@@ -87,7 +87,8 @@ fn separate_from(
     let (mut lights, mut flush) = (Vec::with_capacity(scene.lights.len()), Vec::new());
     for (number, light) in (0..).zip(&scene.lights) {
         let light = &without_uniform_texture(scene, *light);
-        let Some(plane) = Plane::new(light) else {
+        // Geometry that touches a sphere does not hide it either (`spheres`).
+        let Some(plane) = Plane::new(light).filter(|_| light.as_sphere().is_none()) else {
             lights.push(*light);
             continue;
         };

@@ -56,6 +56,13 @@ impl Kernel for Cull<'_> {
         let light_normal = light.normal();
         for (query, wanted) in queries.iter().zip(wanted.chunks_mut(words)) {
             let asked: u32 = wanted.iter().map(|word| word.count_ones()).sum();
+            // Of a sphere every receiver sees another disk; flat lights are as they are.
+            let seen = light.seen_from(query.origin);
+            let (corners, light_normal) = match light.as_sphere() {
+                None => (corners, light_normal),
+                Some(_) => (seen.corners(), seen.normal()),
+            };
+            let light = &*seen;
             let above =
                 corners.iter().filter(|&&corner| query.normal.dot(corner - query.origin) > 0.0).count();
             if extent != Extent::Whole {

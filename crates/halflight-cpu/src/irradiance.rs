@@ -5,7 +5,7 @@ use halflight_core::fragment::{Fragments, Sample};
 use halflight_core::frame::Frame;
 use halflight_core::light::AreaLight;
 use halflight_core::light_texture::PlacedTexture;
-use halflight_core::mask::MaskBatch;
+use halflight_core::mask::{MaskBatch, Query};
 use halflight_core::stages::RefineOutput;
 use halflight_core::values::{NO_VALUE, Values};
 use rayon::prelude::*;
@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::samples::{LANES, facing, geometry_terms, points};
 use crate::simd::{Isa, Kernel, Lanes, Simd};
 use crate::textured::StrataTable;
+use crate::unshadowed::unshadowed;
 use crate::vector::Vector;
 
 /// Quantity that is computed at the samples and interpolated between them.
@@ -98,6 +99,12 @@ impl Kernel for QuerySums<'_> {
         let Self { light, normal, batch, query: index, needed } = self;
         let query = &batch.queries()[index];
         let mut sums = Sums { count: query.asked, ..Sums::default() };
+        let seen = light.seen_from(query.origin);
+        let (light, normal, sphere) = match light.as_sphere() {
+            None => (light, normal, None),
+            Some(_) if light.surrounds(query.origin) => return surrounded(light, query),
+            Some(_) => (&*seen, seen.normal(), Some(light)),
+        };
         let Some(facing) = facing(light, normal, query.origin) else { return sums };
         let (pattern, wanted, seen) = (batch.pattern(), batch.wanted(index), batch.visible(index));
         // Lane sums are kept apart to the end, so that every instruction set adds in the same order.
@@ -128,8 +135,20 @@ impl Kernel for QuerySums<'_> {
             sums.visible += lit[lane];
             sums.all += both[lane];
         }
+        if let Some(sphere) = sphere {
+            // Sums are over areas of the sphere's own frame.
+            let scale = light.frame_area() / sphere.frame_area();
+            (sums.visible, sums.all) = (sums.visible * scale, sums.all * scale);
+        }
         sums
     }
+}
+
+/// Sums of a receiver inside a sphere or on it: its irradiance in closed form, since all samples are visible.
+fn surrounded(light: &AreaLight, query: &Query) -> Sums {
+    let each = unshadowed(light, query.origin, query.normal) / light.frame_area();
+    let all = each * query.asked as f32;
+    Sums { visible: all, all, count: query.asked }
 }
 
 /// The visible fraction `F` of one query that has been answered, or `None` when every sample lies below a horizon: such

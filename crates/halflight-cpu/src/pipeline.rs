@@ -64,6 +64,14 @@ fn check_lights(scene: &Scene) -> Result<(), PipelineError> {
     Ok(scene.validate_lights()?)
 }
 
+/// Checks that a backend answers for all lights.
+fn check_supported(visibility: &dyn Visibility, lights: &[AreaLight]) -> Result<(), PipelineError> {
+    let refused = |(index, light): (usize, &AreaLight)| {
+        visibility.supports_light(light).map_err(|source| PipelineError::UnsupportedLight { index, source })
+    };
+    lights.iter().enumerate().try_for_each(refused)
+}
+
 /// Rendered frame. All layers are row by row from the top left.
 #[derive(Clone, Debug, Default)]
 pub struct Image {
@@ -192,6 +200,7 @@ impl Pipeline {
         check_scene(scene.scene())?;
         let State { builder, pattern, flush, .. } = &mut self.state;
         builder.check_patterns(visibility.as_ref(), *pattern)?;
+        check_supported(visibility.as_ref(), &scene.scene().lights)?;
         builder.scene = scene.scene().clone();
         (builder.scene.lights, *flush) = flush::separate_lights(scene.scene(), Some(scene.bvh()));
         (builder.bvh, builder.visibility) = (Arc::clone(scene.bvh()), visibility);
@@ -201,11 +210,12 @@ impl Pipeline {
     /// Replaces the lights. Nothing that grows with the mesh is copied or built.
     ///
     /// # Errors
-    /// No light is given, or one cannot be used; the pipeline is then as it was.
+    /// No light is given, or one cannot be used or has no answers of the backend; the pipeline is then as it was.
     pub fn set_lights(&mut self, lights: &[AreaLight]) -> Result<(), PipelineError> {
         let State { builder, flush, .. } = &mut self.state;
         let changed = Scene { lights: lights.to_vec(), ..builder.scene.clone() };
         check_lights(&changed)?;
+        check_supported(builder.visibility.as_ref(), lights)?;
         builder.scene = changed;
         (builder.scene.lights, *flush) = flush::separate_lights(&builder.scene, Some(&builder.bvh));
         Ok(())

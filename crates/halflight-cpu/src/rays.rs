@@ -9,7 +9,7 @@ use halflight_core::frame::Frame;
 use halflight_core::light::{AreaLight, LightFrame};
 use halflight_core::mask::{MaskBatch, Query};
 use halflight_core::pattern::Pattern;
-use halflight_core::stages::Visibility;
+use halflight_core::stages::{UnsupportedLight, Visibility};
 use rayon::prelude::*;
 
 use crate::bvh::{Bvh, Packet, RAYS, Stacks};
@@ -52,6 +52,10 @@ impl BvhRays {
 }
 
 impl Visibility for BvhRays {
+    fn supports_light(&self, _light: &AreaLight) -> Result<(), UnsupportedLight> {
+        Ok(())
+    }
+
     fn masks(&mut self, frame: &Frame, batch: &mut MaskBatch) {
         let (pattern, words) = (batch.pattern(), batch.words());
         let light = *frame.light(batch.light());
@@ -113,6 +117,10 @@ impl Chunk<'_> {
     #[inline(always)]
     fn same_points(&self, first: usize) -> Range<usize> {
         let Query { key, origin, .. } = self.queries[first];
+        // Receivers of a sphere light have samples of their own.
+        if self.light.as_sphere().is_some() {
+            return first..first + 1;
+        }
         let LightFrame { origin: corner, u, v } = self.light.frame();
         // Boxes are padded for rays that start on or near the geometry, not for those from a distant light.
         let farthest = (corner - origin).abs() + u.abs() + v.abs();
@@ -134,9 +142,10 @@ impl Chunk<'_> {
         let square = self.pattern.columns == 8;
         let order = if square { &SQUARES } else { &IN_ORDER };
         let mut places = [[0.0f32; 64]; 3];
+        let light = self.light.seen_from(origin);
         for group in 0..64 / LANES {
             if wanted >> (group * LANES) & ((1 << LANES) - 1) != 0 {
-                let sixteen = positions::<S::Wide>(self.light, self.pattern, key, word * 64 + group * LANES);
+                let sixteen = positions::<S::Wide>(&light, self.pattern, key, word * 64 + group * LANES);
                 for (to, from) in places.iter_mut().zip(&sixteen) {
                     to[group * LANES..(group + 1) * LANES].copy_from_slice(from);
                 }

@@ -4,20 +4,22 @@ use std::time::Instant;
 
 use halflight_core::certificate::{Certificate, Region};
 use halflight_core::frame::Frame;
+use halflight_core::light::AreaLight;
 use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::Pattern;
-use halflight_core::stages::{Unsupported, Visibility};
+use halflight_core::stages::{Unsupported, UnsupportedLight, Visibility};
 use halflight_core::stats::RayCounts;
 
 use crate::bvh::Bvh;
-use crate::{alpha_masked, horizon};
+use crate::{alpha_masked, horizon, spheres};
 
 /// Backend that culls samples below a horizon before the backend behind it answers, takes out what alpha-masked triangles hide
-/// afterwards, counts rays, measures time and refuses patterns that the backend cannot answer.
+/// afterwards, completes the answers for sphere lights, counts rays, measures time and refuses patterns that the backend cannot answer.
 ///
 /// Refiners that run outside a [`Pipeline`](crate::pipeline::Pipeline) are given one of these.
 pub struct Requests<'a> {
     backend: &'a mut dyn Visibility,
+    bvh: &'a Bvh,
     /// BVH over the alpha-masked triangles, if there are any.
     masked: Option<&'a Bvh>,
     /// Rays so far; `total` is left to the caller.
@@ -35,7 +37,7 @@ impl<'a> Requests<'a> {
     /// triangles without alpha masks.
     pub fn new(backend: &'a mut dyn Visibility, bvh: &'a Bvh) -> Self {
         let (rays, masked) = (RayCounts::default(), bvh.masked());
-        Self { backend, masked, rays, masks_ms: 0.0, certify_ms: 0.0, refusal: None }
+        Self { backend, bvh, masked, rays, masks_ms: 0.0, certify_ms: 0.0, refusal: None }
     }
 }
 
@@ -46,7 +48,9 @@ impl Visibility for Requests<'_> {
             self.refusal.get_or_insert(refusal);
             return;
         }
-        let culled = horizon::cull(frame.light(batch.light()), batch);
+        let light = frame.light(batch.light());
+        let sphere = light.as_sphere().map(|sphere| (sphere, spheres::set_aside(sphere, batch)));
+        let culled = horizon::cull(light, batch);
         match batch.purpose() {
             Purpose::Refine => self.rays.refine += culled.traced,
             Purpose::Final => self.rays.last += culled.traced,
@@ -56,11 +60,22 @@ impl Visibility for Requests<'_> {
         if let Some(masked) = self.masked {
             alpha_masked::hide(masked, frame, batch);
         }
+        if let Some((sphere, surrounded)) = sphere {
+            let again = spheres::complete(sphere, self.bvh, frame, batch, &surrounded);
+            match batch.purpose() {
+                Purpose::Refine => self.rays.refine += again,
+                Purpose::Final => self.rays.last += again,
+            }
+        }
         self.masks_ms += start.elapsed().as_secs_f64() * 1e3;
     }
 
     fn supports(&self, pattern: Pattern) -> Result<(), Unsupported> {
         self.backend.supports(pattern)
+    }
+
+    fn supports_light(&self, light: &AreaLight) -> Result<(), UnsupportedLight> {
+        self.backend.supports_light(light)
     }
 
     fn certify(

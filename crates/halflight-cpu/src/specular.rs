@@ -23,9 +23,10 @@ use rayon::prelude::*;
 
 use crate::bvh::Bvh;
 use crate::pool::Pool;
+use crate::segments::Occluders;
 use cells::{Cells, Emitter, Outline};
 use lobe::Lobe;
-use visible::{Occluders, Tracer};
+use visible::Tracer;
 
 /// Pixels that one task looks at.
 const TASK: usize = 256;
@@ -96,9 +97,15 @@ impl<'a> LobeLight<'a> {
         if surface.is_matte() || known == Some(Vec3::ZERO) {
             return nothing;
         }
-        let Some(emitter) = Emitter::new(light, &self.outline, texture.as_ref(), origin) else {
+        // Lobes inside a sphere light reflect nothing of it (docs/lights.md).
+        if light.surrounds(origin) {
+            return nothing;
+        }
+        let seen = light.seen_from(origin);
+        let Some(emitter) = Emitter::new(&seen, &self.outline, texture.as_ref(), origin) else {
             return nothing;
         };
+        let emitter = emitter.of_sphere(light.as_sphere(), origin);
         let view = (self.frame.scene.camera.eye - origin).normalize_or_zero();
         let lobe = Lobe::new(gbuffer.shading_normals()[entry], view, &surface);
         let shares = scratch.cells.part(&emitter, &lobe);

@@ -4,6 +4,7 @@ mod arctangent;
 mod ellipse;
 mod parallelogram;
 mod polygon;
+mod sphere;
 
 use glam::{DVec3, Vec2, Vec3};
 use halflight_core::light::{AreaLight, Shape};
@@ -29,6 +30,11 @@ pub fn unshadowed_many(light: &AreaLight, origins: &[Vec3], normals: &[Vec3], ou
         Shape::Polygon(shape) => {
             each(light, origins, normals, out, |o, n| polygon::flux(shape.corners(), o, n));
         }
+        Shape::Sphere(shape) => {
+            for (out, (origin, normal)) in out.iter_mut().zip(origins.iter().zip(normals)) {
+                *out = sphere::irradiance(shape, origin.as_dvec3(), normal.as_dvec3()) as f32;
+            }
+        }
     }
 }
 
@@ -51,8 +57,11 @@ fn each(
 }
 
 /// Computes [`unshadowed_many`] to within a few percent where the light is no larger than its distance: by the middles of its four quarters, without
-/// horizons inside them. It is for weights, and takes a fifth of the time.
+/// horizons inside them. It is for weights, and takes a fifth of the time. Spheres are computed exactly, which takes no longer.
 pub(crate) fn roughly_unshadowed(light: &AreaLight, origins: &[Vec3], normals: &[Vec3], out: &mut [f32]) {
+    if light.as_sphere().is_some() {
+        return unshadowed_many(light, origins, normals, out);
+    }
     let filled = light.filled();
     for (out, (origins, normals)) in
         out.chunks_mut(LANES).zip(origins.chunks(LANES).zip(normals.chunks(LANES)))

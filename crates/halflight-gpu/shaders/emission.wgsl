@@ -6,22 +6,18 @@
 
 @compute @workgroup_size(8, 8)
 fn see(@builtin(global_invocation_id) at: vec3<u32>) {
-    if at.x >= frame.width || at.y >= frame.height || all(facing(frame.eye) == vec3(0.0)) {
+    if at.x >= frame.width || at.y >= frame.height {
         return;
     }
     let pixel = at.y * frame.width + at.x;
     let d = frame.corner + frame.right * (f32(at.x) + 0.5) + frame.down * (f32(at.y) + 0.5);
-    let height = -dot3(frame.light_normal, from_light(frame.eye));
-    let along = dot3(frame.light_normal, d);
-    // The ray points away from the light's plane, or along it.
-    if height * along <= 0.0 {
-        return;
+    var t: f32;
+    if is_sphere() {
+        t = sphere_along(d);
+    } else {
+        t = flat_along(d);
     }
-    let t = height / along;
-    let point = from_light(frame.eye) + d * t;
-    let dual = light_dual();
-    let place = vec2(dot3(point, dual.u), dot3(point, dual.v));
-    if !(all(place >= vec2(0.0)) && all(place <= vec2(1.0)) && light_contains(place)) {
+    if t <= 0.0 {
         return;
     }
     let depth = position[pixel].w;
@@ -30,4 +26,38 @@ fn see(@builtin(global_invocation_id) at: vec3<u32>) {
     if (depth < 0.0 || t < depth) && (nearest == 0.0 || t < nearest) {
         emission[pixel] = vec4(frame.radiance, t);
     }
+}
+
+// Parameter where a ray along `d` from the eye meets a flat light that emits towards the eye; 0 where it does not.
+fn flat_along(d: vec3<f32>) -> f32 {
+    let height = -dot3(frame.light_normal, from_light(frame.eye));
+    let along = dot3(frame.light_normal, d);
+    // The ray points away from the light's plane, or along it.
+    if all(facing(frame.eye) == vec3(0.0)) || height * along <= 0.0 {
+        return 0.0;
+    }
+    let t = height / along;
+    let point = from_light(frame.eye) + d * t;
+    let dual = light_dual();
+    let place = vec2(dot3(point, dual.u), dot3(point, dual.v));
+    return select(0.0, t, all(place >= vec2(0.0)) && all(place <= vec2(1.0)) && light_contains(place));
+}
+
+// The same for a sphere: its nearest point, from inside the only one.
+fn sphere_along(d: vec3<f32>) -> f32 {
+    let centre = sphere().xyz - frame.eye;
+    let far = length3(centre);
+    // Square of the eye's distance from the centre without that of the radius.
+    let outside = (far - sphere().w) * (far + sphere().w);
+    let square = dot3(d, d);
+    let along = dot3(centre, d);
+    let under = along * along - square * outside;
+    if under < 0.0 {
+        return 0.0;
+    }
+    let root = sqrt(under);
+    if outside > 0.0 {
+        return select(0.0, outside / (along + root), along > 0.0);
+    }
+    return (along + root) / square;
 }

@@ -27,6 +27,9 @@ impl TurnedLight {
     }
 }
 
+/// Outline of a sphere, whose places for corners hold those of a tetrahedron around it, then its centre and radius.
+const SPHERE: u32 = 2;
+
 impl Frame {
     /// Returns the uniform of one light.
     pub(crate) fn with_light(self, number: u32, light: &AreaLight) -> Self {
@@ -35,6 +38,13 @@ impl Frame {
         match &light.shape {
             Shape::Parallelogram(_) => {}
             Shape::Ellipse(_) => outline = 1,
+            Shape::Sphere(sphere) => {
+                outline = SPHERE;
+                for (place, corner) in corners.iter_mut().zip(light.corners()) {
+                    *place = corner.extend(0.0).to_array();
+                }
+                corners[4] = sphere.centre.extend(sphere.radius).to_array();
+            }
             Shape::Polygon(polygon) => {
                 outline = polygon.corners().len() as u32;
                 for (place, &corner) in corners.iter_mut().zip(polygon.corners()) {

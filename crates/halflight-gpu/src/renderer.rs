@@ -45,6 +45,8 @@ pub struct Renderer {
     lights: Vec<AreaLight>,
     /// What textured lights emit.
     emitted: Emitted,
+    /// True if the visibility backend answers for sphere lights.
+    spheres: bool,
     flush: Vec<FlushLight>,
     sampling: LightSampling,
     pattern: Pattern,
@@ -116,7 +118,8 @@ impl Renderer {
         check_limits(&device.limits())?;
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
         let (lights, flush) = separate_lights(scene, None);
-        refuse_lights(&lights)?;
+        let spheres = matches!(config.visibility, VisibilityConfig::Bvh | VisibilityConfig::Auto);
+        refuse_lights(&lights, spheres, &scene.mesh)?;
         let compiler = Compiler { device, textured: has_texture(&lights), replaced: modules };
         let parted = Parted::of(&scene.mesh);
         let stages = Stages::new(&compiler, scene, &parted, config, pattern)?;
@@ -131,6 +134,7 @@ impl Renderer {
             scene_buffers,
             lights,
             emitted,
+            spheres,
             flush,
             config: *config,
             modules: modules.iter().map(|&(name, text)| (name.to_owned(), text.to_owned())).collect(),
@@ -238,7 +242,7 @@ impl Renderer {
     /// Moves the lights of the scene off the triangles that they are flush with, and makes room for them.
     fn place_lights(&mut self) -> Result<(), GpuError> {
         let (lights, flush) = separate_lights(&self.scene, None);
-        refuse_lights(&lights)?;
+        refuse_lights(&lights, self.spheres, &self.scene.mesh)?;
         self.stages.prepare_lights(&self.memory.device, &lights)?;
         let (width, height) = self.size();
         let compiled = (has_texture(&lights) && !self.stages.is_textured())
@@ -420,8 +424,21 @@ fn has_texture(lights: &[AreaLight]) -> bool {
     lights.iter().any(|light| light.texture.is_some())
 }
 
-/// Refuses textured lights that the camera sees.
-fn refuse_lights(lights: &[AreaLight]) -> Result<(), GpuError> {
+/// Refuses textured lights that the camera sees and, where the backend or what looks at lights has no answers for them, spheres.
+fn refuse_lights(lights: &[AreaLight], spheres: bool, mesh: &Mesh) -> Result<(), GpuError> {
+    let is_sphere = |light: &AreaLight| light.as_sphere().is_some();
+    if !spheres && lights.iter().any(is_sphere) {
+        return Err(GpuError::Unsupported {
+            stage: "a sphere light with beam, raster4d or voxel",
+            reason: "every receiver has light samples of its own; use bvh or auto, which trace rays",
+        });
+    }
+    if mesh.is_glossy() && lights.iter().any(is_sphere) {
+        return Err(GpuError::Unsupported {
+            stage: "a sphere light before glossy surfaces",
+            reason: "render the scene on the CPU, or switch specular reflection off (in scene files: specular = \"off\")",
+        });
+    }
     if lights.iter().any(|light| light.visible && light.texture.is_some()) {
         return Err(GpuError::Unsupported {
             stage: "a textured light that the camera sees",

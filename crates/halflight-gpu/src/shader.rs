@@ -159,6 +159,7 @@ modules![
     "shared/smoothing",
     "shared/solid",
     "shared/sortable",
+    "shared/sphere",
     "shared/sums",
     "shared/surface",
     "shared/tally",

@@ -20,6 +20,7 @@
 //! ## shape = "disk", centre = [0, 3, 0], normal = [0, -1, 0], radius = 0.5
 //! ## shape = "ellipse", centre = [0, 3, 0], axis_u = [0.5, 0, 0], axis_v = [0, 0, 0.3], from the centre; emits along their cross product
 //! ## shape = "polygon", points = [[0, 3, 0], [1, 3, 0], [0.5, 3, 1]], convex; emits to where they run counterclockwise
+//! ## shape = "sphere", centre = [0, 3, 0], radius = 0.2; emits to all sides
 //! radiance = [10, 10, 10] # W/m²/sr
 //! two_sided = false       # optional, this is the default
 //! visible = false         # optional, this is the default; true: the camera sees the light

@@ -16,6 +16,7 @@ pub(crate) enum LightShape {
     Disk { centre: Vec3, normal: Vec3, radius: f32 },
     Ellipse { centre: Vec3, axis_u: Vec3, axis_v: Vec3 },
     Polygon { points: Vec<Vec3>, line: usize },
+    Sphere { centre: Vec3, radius: f32 },
 }
 
 impl LightShape {
@@ -49,13 +50,7 @@ impl LightShape {
                         section.fault(normal.line, "normal is zero, expected a direction such as [0, -1, 0]")
                     );
                 }
-                let radius = section.number("radius")?;
-                let radius = section.require("radius", "0.5", radius)?;
-                if radius.value <= 0.0 {
-                    let message = format!("radius is {}, expected metres above 0", radius.value);
-                    return Err(section.fault(radius.line, message));
-                }
-                Ok(Self::Disk { centre, normal: normal.value, radius: radius.value })
+                Ok(Self::Disk { centre, normal: normal.value, radius: radius(section)? })
             }
             "ellipse" => {
                 allow(&["centre", "axis_u", "axis_v"])?;
@@ -72,8 +67,18 @@ impl LightShape {
                 let points = section.require("points", example, points)?;
                 Ok(Self::Polygon { points: points.value, line: points.line })
             }
+            "sphere" => {
+                allow(&["centre", "radius"])?;
+                if let Some(flag) = section.flag("two_sided")? {
+                    let message =
+                        "two_sided has no meaning for a sphere, which emits to all sides; remove it";
+                    return Err(section.fault(flag.line, message));
+                }
+                Ok(Self::Sphere { centre: vector(section, "centre", "[0, 3, 0]")?, radius: radius(section)? })
+            }
             other => {
-                let message = format!("shape is `{other}`, expected parallelogram, disk, ellipse or polygon");
+                let message =
+                    format!("shape is `{other}`, expected parallelogram, disk, ellipse, polygon or sphere");
                 Err(section.fault(line, message))
             }
         }
@@ -89,10 +94,21 @@ impl LightShape {
             Self::Ellipse { centre, axis_u, axis_v } => {
                 Ok(AreaLight::ellipse(centre, axis_u, axis_v, radiance))
             }
+            Self::Sphere { centre, radius } => Ok(AreaLight::sphere(centre, radius, radiance)),
             Self::Polygon { points, line } => AreaLight::polygon(&points, radiance)
                 .map_err(|fault| section.fault(line, format!("points: {fault}"))),
         }
     }
+}
+
+fn radius(section: &mut Section<'_>) -> Result<f32, SceneError> {
+    let radius = section.number("radius")?;
+    let radius = section.require("radius", "0.5", radius)?;
+    if radius.value <= 0.0 {
+        let message = format!("radius is {}, expected metres above 0", radius.value);
+        return Err(section.fault(radius.line, message));
+    }
+    Ok(radius.value)
 }
 
 fn vector(section: &mut Section<'_>, key: &str, example: &str) -> Result<Vec3, SceneError> {

@@ -105,6 +105,20 @@ fn lights_turn_about_their_middles() {
 }
 
 #[test]
+fn spheres_move_and_keep_their_radius() {
+    let corner = "corner = [5, 3, 0]\nedge_u = [2, 0, 0]\nedge_v = [0, 0, 2]";
+    let text = SCENE.replace(corner, "shape = \"sphere\"\ncentre = [5, 3, 0]\nradius = 0.5");
+    let loaded = load("animated_sphere", &text);
+    for (time, centre) in
+        [(1.0, Vec3::new(5.0, 3.0, 0.0)), (1.5, Vec3::new(5.0, 3.0, 4.0)), (9.0, Vec3::new(5.0, 3.0, 8.0))]
+    {
+        let sphere = *at(&loaded, time).lights[1].as_sphere().unwrap();
+        assert!(sphere.centre.abs_diff_eq(centre, NEAR), "{time} {sphere:?}");
+        assert!((sphere.radius - 0.5).abs() < NEAR, "{time} {sphere:?}");
+    }
+}
+
+#[test]
 fn meshes_turn_about_their_axis_and_others_stay() {
     let loaded = load("animated_mesh", SCENE);
     let (still, moved) = (&loaded.scene.mesh, at(&loaded, 1.0).mesh);

@@ -24,6 +24,9 @@ fn shapes_are_read() {
     assert!((ellipse.area() - std::f32::consts::PI).abs() < 1e-5 && ellipse.normal() == -Vec3::Y);
     let triangle = light("shape = \"polygon\"\npoints = [[0, 3, 0], [1, 3, 0], [0, 3, 1]]\ntwo_sided = true");
     assert!((triangle.area() - 0.5).abs() < 1e-6 && triangle.normal().abs_diff_eq(-Vec3::Y, 1e-6));
+    let sphere = light("shape = \"sphere\"\ncentre = [0, 3, 0]\nradius = 0.25\nvisible = true");
+    assert_eq!(sphere.as_sphere().map(|sphere| (sphere.centre, sphere.radius)), Some((Vec3::Y * 3.0, 0.25)));
+    assert!(sphere.visible);
     let plain = "corner = [0, 3, 0]\nedge_u = [1, 0, 0]\nedge_v = [0, 0, 1]";
     assert_eq!(light(plain), light(&format!("shape = \"parallelogram\"\n{plain}")));
 }
@@ -32,7 +35,21 @@ fn shapes_are_read() {
 fn faults_name_file_and_line() {
     let folder = Folder::new("light-shape-faults");
     for (keys, line, expected) in [
-        ("shape = \"sphere\"", 6, "shape is `sphere`, expected parallelogram, disk, ellipse or polygon"),
+        ("shape = \"cube\"", 6, "shape is `cube`, expected parallelogram, disk, ellipse, polygon or sphere"),
+        ("shape = \"sphere\"\ncentre = [0, 3, 0]", 5, "has no `radius`"),
+        ("shape = \"sphere\"\nradius = 1", 5, "has no `centre`"),
+        ("shape = \"sphere\"\ncentre = [0, 3, 0]\nradius = 0", 8, "radius is 0, expected metres above 0"),
+        ("shape = \"sphere\"\ncentre = [0, 3, 0]\nradius = -1", 8, "radius is -1, expected metres above 0"),
+        ("shape = \"sphere\"\ncentre = [0, 3, 0]\nradius = nan", 8, "radius"),
+        ("shape = \"sphere\"\ncentre = [0, 3, 0]\nradius = inf", 8, "expected a finite number"),
+        ("shape = \"sphere\"\ncentre = [0, 3, 0]\nradius = 2e8", 5, "from the origin"),
+        ("shape = \"sphere\"\ncentre = [0, 3, 0]\nradius = 1\nnormal = [0, 1, 0]", 9, "unknown key `normal`"),
+        ("shape = \"sphere\"\ntexture = \"screen.png\"", 7, "unknown key `texture`"),
+        (
+            "shape = \"sphere\"\ncentre = [0, 3, 0]\nradius = 1\ntwo_sided = true",
+            9,
+            "two_sided has no meaning for a sphere",
+        ),
         ("shape = \"disk\"\ncorner = [0, 3, 0]", 7, "unknown key `corner`"),
         ("shape = \"disk\"\nnormal = [0, -1, 0]\nradius = 1", 5, "has no `centre`"),
         ("shape = \"disk\"\ncentre = [0, 3, 0]\nnormal = [0, 0, 0]\nradius = 1", 8, "normal is zero"),

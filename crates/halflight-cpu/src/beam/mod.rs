@@ -18,10 +18,12 @@ mod tests;
 
 use std::sync::Arc;
 
+use glam::Vec3;
 use halflight_core::certificate::{Certificate, Region};
 use halflight_core::frame::Frame;
+use halflight_core::light::AreaLight;
 use halflight_core::mask::{MaskBatch, Query};
-use halflight_core::stages::Visibility;
+use halflight_core::stages::{UnsupportedLight, Visibility};
 use halflight_core::stats::VisibilityStats;
 use rayon::prelude::*;
 
@@ -103,6 +105,37 @@ impl Beam {
     }
 }
 
+impl Beam {
+    /// Answers queries about a sphere, whose disk is another one for every receiver: each by its own frustum, or by rays where these are allowed.
+    fn answer_each(&self, light: &AreaLight, batch: &mut MaskBatch) -> VisibilityStats {
+        let (bvh, isa, pattern, words) = (&*self.bvh, self.isa, batch.pattern(), batch.words());
+        let parts = batch.parts();
+        let together = if self.rays { GROUP } else { 1 };
+        let masks =
+            parts.wanted.par_chunks(together * words).zip(parts.visible.par_chunks_mut(together * words));
+        let groups = parts.queries.par_chunks(together).zip(masks).with_max_len(TASK);
+        let one = |(queries, (wanted, visible)): (&[Query], (&[u64], &mut [u64]))| {
+            let answers = Answers { bvh, light, pattern, words, queries, wanted, visible };
+            if self.rays {
+                let left_to_rays =
+                    wanted.chunks(words).filter(|wanted| wanted.iter().any(|&word| word != 0)).count() as u64;
+                answers.trace(isa);
+                let mut stats = VisibilityStats::default();
+                stats.left_to_rays = left_to_rays;
+                return stats;
+            }
+            let seen = light.seen_from(queries.first().map_or(Vec3::ZERO, |query| query.origin));
+            let answers = Answers { light: &seen, ..answers };
+            if Rows::fit(pattern) {
+                self.rows.lend(Groups::new, |groups| groups.answer(isa, false, answers))
+            } else {
+                self.points.lend(Groups::new, |groups| groups.answer(isa, false, answers))
+            }
+        };
+        groups.map(one).sum()
+    }
+}
+
 /// Answers all queries, a group at a time.
 fn answer<M: Samples + Send>(
     pool: &Pool<Groups<M>>,
@@ -152,8 +185,12 @@ impl Visibility for Beam {
         if words == 0 {
             return;
         }
-        let sorted = self.sort(frame.gbuffer.width, batch);
         let (pattern, light) = (batch.pattern(), *frame.light(batch.light()));
+        if light.as_sphere().is_some() {
+            self.stats += self.answer_each(&light, batch);
+            return;
+        }
+        let sorted = self.sort(frame.gbuffer.width, batch);
         let parts = batch.parts();
         if sorted {
             self.queries.clear();
@@ -181,6 +218,10 @@ impl Visibility for Beam {
                 parts.visible[at * words..(at + 1) * words].copy_from_slice(visible);
             }
         }
+    }
+
+    fn supports_light(&self, _light: &AreaLight) -> Result<(), UnsupportedLight> {
+        Ok(())
     }
 
     fn certify(

@@ -8,7 +8,9 @@ use halflight_core::scene::Scene;
 use halflight_core::stages::{Refiner, Unsupported, Upsampler, Visibility};
 use halflight_core::subpixel;
 
-use super::{Buffers, Image, MAX_SIZE, Pipeline, PipelineError, State, check_scene, useful_threads};
+use super::{
+    Buffers, Image, MAX_SIZE, Pipeline, PipelineError, State, check_scene, check_supported, useful_threads,
+};
 use crate::bvh::Bvh;
 use crate::flush;
 use crate::irradiance::Shading;
@@ -133,6 +135,7 @@ impl PipelineBuilder {
         let pattern = self.sampling.pattern()?;
         subpixel::offsets(self.antialias)?;
         self.check_patterns(self.visibility.as_ref(), pattern)?;
+        check_supported(self.visibility.as_ref(), &self.scene.lights)?;
         let pool = match self.threads {
             Some(threads) => {
                 Some(rayon::ThreadPoolBuilder::new().num_threads(useful_threads(threads)).build()?)

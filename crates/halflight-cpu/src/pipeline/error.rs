@@ -6,7 +6,7 @@ use halflight_core::gbuffer::GBufferError;
 use halflight_core::light::LightError;
 use halflight_core::pattern::PatternError;
 use halflight_core::scene::MeshError;
-use halflight_core::stages::Unsupported;
+use halflight_core::stages::{Unsupported, UnsupportedLight};
 use halflight_core::subpixel::SubSampleError;
 
 use super::MAX_SIZE;
@@ -47,6 +47,14 @@ pub enum PipelineError {
     /// The stages do not fit together.
     #[error(transparent)]
     Unsupported(#[from] Unsupported),
+    /// The visibility backend cannot answer for a light.
+    #[error("light {index}: {source}")]
+    UnsupportedLight {
+        /// Index of the light in the scene.
+        index: usize,
+        /// The backend's refusal.
+        source: UnsupportedLight,
+    },
     /// 4D rasterization cannot be set up.
     #[error(transparent)]
     Raster4d(#[from] Raster4dError),

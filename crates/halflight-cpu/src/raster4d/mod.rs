@@ -15,10 +15,11 @@ mod project;
 mod tests;
 
 use halflight_core::frame::Frame;
+use halflight_core::light::AreaLight;
 use halflight_core::mask::MaskBatch;
 use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::scene::Mesh;
-use halflight_core::stages::{Unsupported, Visibility};
+use halflight_core::stages::{Unsupported, UnsupportedLight, Visibility};
 use halflight_core::stats::VisibilityStats;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -146,6 +147,14 @@ impl Visibility for Raster4d {
             "at most 64 rows and 64 columns are possible"
         };
         Err(Unsupported::new("raster4d", pattern, reason))
+    }
+
+    fn supports_light(&self, light: &AreaLight) -> Result<(), UnsupportedLight> {
+        if light.as_sphere().is_none() {
+            return Ok(());
+        }
+        let reason = "triangles are binned by their projection through one plane; use bvh, beam or auto";
+        Err(UnsupportedLight::new("raster4d", "sphere lights", reason))
     }
 
     fn prepare(&mut self, frame: &Frame) {

@@ -7,7 +7,7 @@
 use std::sync::LazyLock;
 
 use glam::{Vec2, Vec3};
-use halflight_core::light::{AreaLight, Extent, LightFrame, Shape};
+use halflight_core::light::{AreaLight, Extent, LightFrame, Shape, Sphere};
 use halflight_core::light_texture::PlacedTexture;
 
 use super::lobe::{Lobe, Shares};
@@ -97,6 +97,8 @@ pub(super) struct Emitter<'a> {
     v: Vec3,
     /// Normal on the receiver's side, with the length of the frame's area.
     facing: Vec3,
+    /// Sphere that the light covers, and the receiver.
+    sphere: Option<(&'a Sphere, Vec3)>,
 }
 
 impl<'a> Emitter<'a> {
@@ -113,7 +115,19 @@ impl<'a> Emitter<'a> {
         let LightFrame { origin: corner, u, v } = light.frame();
         let area = light.vector_area();
         let facing = if light.side(origin) < 0.0 { -area } else { area };
-        Some(Self { light, outline, texture, corner: corner - origin, u, v, facing })
+        Some(Self { light, outline, texture, corner: corner - origin, u, v, facing, sphere: None })
+    }
+
+    /// The same for a disk that covers a sphere as seen from `origin`.
+    pub(super) fn of_sphere(self, sphere: Option<&'a Sphere>, origin: Vec3) -> Self {
+        Self { sphere: sphere.map(|sphere| (sphere, origin)), ..self }
+    }
+
+    /// End of the shadow ray to a point of the light, world space: on the surface of a sphere.
+    pub(super) fn end(&self, uv: Vec2) -> Vec3 {
+        let point = self.light.point(uv);
+        let entered = self.sphere.and_then(|(sphere, origin)| sphere.before_surface(origin, point));
+        entered.unwrap_or(point)
     }
 
     /// Point of the light from the receiver.
@@ -159,7 +173,7 @@ impl Outline {
                     Shape::Polygon(polygon) => {
                         polygon.corners().iter().map(|&corner| place(corner - origin, u, v)).collect()
                     }
-                    Shape::Parallelogram(_) | Shape::Ellipse(_) => square(),
+                    Shape::Parallelogram(_) | Shape::Ellipse(_) | Shape::Sphere(_) => square(),
                 };
                 Self { fine: Vec::clone(&corners), coarse: corners }
             }

@@ -2,17 +2,15 @@
 
 use glam::{Vec2, Vec3};
 use halflight_core::hash;
-use halflight_core::scene::Mesh;
 
 use super::cells::{Cells, Emitter};
 use super::lobe::Lobe;
-use crate::bvh::{Bvh, Packet, RAYS, STACK, Stacks};
-use crate::simd::{Isa, Kernel, Simd};
+use crate::bvh::RAYS;
+use crate::segments::{Occluders, Segments};
 
 /// Tracer of shadow rays and its working memory.
 pub(super) struct Tracer {
-    packet: Packet,
-    stacks: Stacks,
+    segments: Segments,
     points: Vec<Point>,
     /// Sums over the points that are visible, and over all.
     sums: [Vec3; 2],
@@ -28,45 +26,7 @@ struct Point {
 
 impl Default for Tracer {
     fn default() -> Self {
-        Self { packet: Packet::new(), stacks: Stacks::new(), points: Vec::new(), sums: [Vec3::ZERO; 2] }
-    }
-}
-
-/// What hides light: a BVH, and the mesh that it is over.
-#[derive(Clone, Copy)]
-pub(super) struct Occluders<'a> {
-    pub(super) bvh: &'a Bvh,
-    pub(super) mesh: &'a Mesh,
-}
-
-/// Shadow rays from one receiver to points of the light.
-struct Trace<'a> {
-    occluders: Occluders<'a>,
-    packet: &'a mut Packet,
-    stacks: &'a mut Stacks,
-    origin: Vec3,
-    count: usize,
-}
-
-impl Kernel for Trace<'_> {
-    type Output = u64;
-
-    #[inline(always)]
-    fn run<S: Simd>(self) -> u64 {
-        let Self { occluders: Occluders { bvh, mesh }, packet, stacks, origin, count } = self;
-        packet.set_ends::<S>(origin, count);
-        let mut hidden = bvh.occluded::<S>(packet, stacks);
-        if let Some(masked) = bvh.masked() {
-            let mut stack = [0; STACK];
-            for ray in 0..count {
-                if hidden >> ray & 1 != 0 {
-                    continue;
-                }
-                let solid = masked.occludes_solidly::<S>(mesh, origin, packet.end(ray), &mut stack);
-                hidden |= u64::from(solid) << ray;
-            }
-        }
-        hidden
+        Self { segments: Segments::default(), points: Vec::new(), sums: [Vec3::ZERO; 2] }
     }
 }
 
@@ -105,14 +65,11 @@ impl Tracer {
         let (mut weights, mut count, mut rays) = ([Vec3::ZERO; RAYS], 0, 0);
         let mut points = points.peekable();
         while let Some(point) = points.next() {
-            for (axis, ends) in self.packet.ends_mut().iter_mut().enumerate() {
-                ends[count] = point.end[axis];
-            }
+            self.segments.set_end(count, point.end);
             weights[count] = point.weight;
             count += 1;
             if count == RAYS || points.peek().is_none() {
-                let Self { packet, stacks, .. } = self;
-                let hidden = Isa::best().run(Trace { occluders, packet, stacks, origin, count });
+                let hidden = self.segments.hidden(occluders, origin, count);
                 for (ray, &weight) in weights[..count].iter().enumerate() {
                     self.sums[1] += weight;
                     if hidden >> ray & 1 == 0 {
@@ -159,7 +116,7 @@ impl Tracer {
         let (value, _) = emitter.reflected(lobe, emitter.point(uv));
         let weight = emitter.factors(uv, 0.0) * (value * area / share);
         // As light samples are placed, whose distance from surfaces behind the light is known.
-        let end = emitter.light.point(uv);
+        let end = emitter.end(uv);
         self.points.push(Point { end, weight });
     }
 }

@@ -110,7 +110,8 @@ pub fn voxel_error_map(
     threshold: f32,
     blocked: &(dyn Fn(Vec3, Vec3) -> bool + Sync),
 ) -> VoxelErrorMap {
-    let course = voxels.course(frame.light(exact.light()));
+    let light = frame.light(exact.light());
+    let course = voxels.course(light).filter(|_| light.as_sphere().is_none());
     let verdicts: Vec<Option<(f32, Option<Cause>)>> = (0..exact.len().min(approximate.len()))
         .into_par_iter()
         .map(|query| {
@@ -127,7 +128,15 @@ pub fn voxel_error_map(
             if (truth - found).abs() <= threshold {
                 return Some((truth, None));
             }
-            let cause = cause(frame, course.as_ref(), exact, approximate, query, found < truth, blocked);
+            let own;
+            let course = match light.as_sphere() {
+                None => course.as_ref(),
+                Some(_) => {
+                    own = voxels.course(&light.seen_from(exact.queries()[query].origin));
+                    own.as_ref()
+                }
+            };
+            let cause = cause(frame, course, exact, approximate, query, found < truth, blocked);
             Some((truth, Some(cause)))
         })
         .collect();
@@ -159,8 +168,8 @@ fn cause(
     shadow: bool,
     blocked: &(dyn Fn(Vec3, Vec3) -> bool + Sync),
 ) -> Cause {
-    let (pattern, light) = (exact.pattern(), frame.light(exact.light()));
     let receiver = exact.queries()[query];
+    let (pattern, light) = (exact.pattern(), frame.light(exact.light()).seen_from(receiver.origin));
     let mut votes = [0u32; 4];
     for sample in 0..pattern.len() {
         let bit = |words: &[u64]| words[sample / 64] >> (sample % 64) & 1 == 1;

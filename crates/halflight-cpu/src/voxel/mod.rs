@@ -22,7 +22,7 @@ use halflight_core::frame::Frame;
 use halflight_core::light::AreaLight;
 use halflight_core::mask::{MaskBatch, Query};
 use halflight_core::pattern::Pattern;
-use halflight_core::stages::Visibility;
+use halflight_core::stages::{UnsupportedLight, Visibility};
 use rayon::prelude::*;
 
 pub use config::{Traversal, VoxelConfig, VoxelError};
@@ -115,16 +115,31 @@ impl Visibility for Voxels {
         if words == 0 {
             return;
         }
-        let Some(course) = self.course(&light) else {
+        if self.frustum.is_none() {
             parts.visible.copy_from_slice(parts.wanted);
             return;
-        };
+        }
+        if light.as_sphere().is_some() {
+            let masks = parts.wanted.par_chunks(words).zip(parts.visible.par_chunks_mut(words));
+            parts.queries.par_iter().zip(masks).with_min_len(CHUNK).for_each(|(query, (wanted, visible))| {
+                let queries = std::slice::from_ref(query);
+                if let Some(course) = self.course(&light.seen_from(query.origin)) {
+                    self.isa.run(Chunk { course: &course, pattern, words, queries, wanted, visible });
+                }
+            });
+            return;
+        }
+        let Some(course) = self.course(&light) else { return };
         let wanted = parts.wanted.par_chunks(CHUNK * words);
         let visible = parts.visible.par_chunks_mut(CHUNK * words);
         let chunks = parts.queries.par_chunks(CHUNK).zip(wanted).zip(visible).with_max_len(TASK);
         chunks.for_each(|((queries, wanted), visible)| {
             self.isa.run(Chunk { course: &course, pattern, words, queries, wanted, visible });
         });
+    }
+
+    fn supports_light(&self, _light: &AreaLight) -> Result<(), UnsupportedLight> {
+        Ok(())
     }
 
     fn prepare(&mut self, frame: &Frame) {

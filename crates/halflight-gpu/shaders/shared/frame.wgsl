@@ -79,9 +79,9 @@ struct Frame {
     shading: u32,
     // The first cell of each level in buffers that hold all levels.
     levels: array<vec4<u32>, 2>,
-    // Outline of the light: 0 for the whole parallelogram, 1 for the ellipse that touches its sides, otherwise the number of corners of a polygon.
+    // Outline of the light: 0 for the whole parallelogram, 1 for the ellipse that touches its sides, 2 for a sphere, otherwise the number of corners of a polygon.
     outline: vec4<u32>,
-    // Corners of a polygon, from the parallelogram's first corner.
+    // Corners of a polygon, from the parallelogram's first corner; of a sphere see shared/sphere.wgsl.
     outline_corners: array<vec4<f32>, 12>,
     // Sides of a polygon: a + b · u + c · v is not negative inside, for a place (u, v).
     outline_sides: array<vec4<f32>, 12>,

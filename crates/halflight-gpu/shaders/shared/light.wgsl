@@ -1,5 +1,5 @@
 // Light samples and what they add, as in halflight-cpu/src/samples.rs.
-//@ needs shared/hash
+//@ needs shared/hash shared/sphere
 
 const GRID: u32 = 0u;
 const SHIFTED_ROWS: u32 = 1u;
@@ -29,6 +29,19 @@ fn sample_point(index: u32, key: u32) -> vec3<f32> {
     return light_point(sample_place(index, key));
 }
 
+// The light that a receiver sees: the same for all, but for spheres.
+fn seen_light(origin: vec3<f32>) -> SeenLight {
+    if is_sphere() {
+        return sphere_seen(origin);
+    }
+    return SeenLight(frame.light_corner, frame.light_u, frame.light_v);
+}
+
+// Point at a place in the unit square.
+fn seen_point(light: SeenLight, place: vec2<f32>) -> vec3<f32> {
+    return light.corner + light.u * place.x + light.v * place.y;
+}
+
 // The shape of the light: no other module reads its corner and edges.
 
 // Point of the light at a place in the unit square.
@@ -38,7 +51,7 @@ fn light_point(place: vec2<f32>) -> vec3<f32> {
 
 // True if a place in the unit square emits (halflight-core/src/light/extent.rs).
 fn light_contains(place: vec2<f32>) -> bool {
-    if frame.outline.x == ELLIPSE {
+    if frame.outline.x == ELLIPSE || is_sphere() {
         let at = place * 2.0 - 1.0;
         return at.x * at.x + at.y * at.y <= 1.0;
     }
@@ -61,8 +74,16 @@ fn along_light(part: vec2<f32>) -> vec3<f32> {
     return frame.light_u * part.x + frame.light_v * part.y;
 }
 
-// Corners, in order around the light.
+// Corners, in order around the light, or of a tetrahedron around a sphere.
 fn light_corners() -> array<vec3<f32>, 4> {
+    if is_sphere() {
+        return array(
+            frame.outline_corners[0].xyz,
+            frame.outline_corners[1].xyz,
+            frame.outline_corners[2].xyz,
+            frame.outline_corners[3].xyz,
+        );
+    }
     return corners_from(frame.light_corner);
 }
 
@@ -146,6 +167,9 @@ fn light_side(point: vec3<f32>) -> f32 {
 
 // The light's unit normal on the side of a point; zero where no light leaves towards it.
 fn facing(origin: vec3<f32>) -> vec3<f32> {
+    if is_sphere() {
+        return sphere_facing(origin);
+    }
     let between = from_light(origin);
     let side = light_side(origin);
     if side == 0.0 || (side < 0.0 && frame.two_sided == 0u) {
@@ -168,6 +192,9 @@ fn geometry_term(d: vec3<f32>, normal: vec3<f32>, towards: vec3<f32>) -> f32 {
 
 // How many of the light's corners are above a receiver's horizon.
 fn corners_above(origin: vec3<f32>, normal: vec3<f32>) -> u32 {
+    if is_sphere() {
+        return sphere_above(origin, normal);
+    }
     var corners = light_corners();
     return u32(dot3(normal, corners[0] - origin) > 0.0) + u32(dot3(normal, corners[1] - origin) > 0.0)
         + u32(dot3(normal, corners[2] - origin) > 0.0) + u32(dot3(normal, corners[3] - origin) > 0.0);

@@ -20,6 +20,10 @@ fn query_sums(query: u32) -> Sums {
         return sums;
     }
     let receiver = receiver_at(asked.pixel);
+    if surrounded(receiver.origin) {
+        return surrounded_sums(receiver, asked.asked);
+    }
+    let light = seen_light(receiver.origin);
     let towards = facing(receiver.origin);
     if all(towards == vec3(0.0)) {
         return sums;
@@ -33,7 +37,7 @@ fn query_sums(query: u32) -> Sums {
             if ((wanted[word] >> (index & 31u)) & 1u) == 0u {
                 continue;
             }
-            let d = sample_point(index, asked.key) - receiver.origin;
+            let d = seen_point(light, sample_place(index, asked.key)) - receiver.origin;
             let term = geometry_term(d, receiver.normal, towards);
             both += term;
             if ((visible[word] >> (index & 31u)) & 1u) != 0u {
@@ -43,7 +47,21 @@ fn query_sums(query: u32) -> Sums {
         sums.visible += lit;
         sums.all += both;
     }
+    if is_sphere() {
+        // Sums are over areas of the sphere's own frame.
+        let scale = dot3(light.u, light.u) / frame.light_area;
+        sums.visible *= scale;
+        sums.all *= scale;
+    }
     return sums;
+}
+
+// Sums of a receiver inside a sphere, which is lit from everywhere, or on it, before which half of space is light.
+fn surrounded_sums(receiver: Receiver, asked: u32) -> Sums {
+    let outside = length3(receiver.origin - sphere().xyz) > sphere().w;
+    let half = 0.5 + 0.5 * dot3(receiver.normal, -sphere_facing(receiver.origin));
+    let all = 3.14159265358979 * select(1.0, half, outside) / frame.light_area * f32(asked);
+    return Sums(all, all, asked);
 }
 
 // Visible fraction of one query; NO_VALUE where every sample lies below a horizon.

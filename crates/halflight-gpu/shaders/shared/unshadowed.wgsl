@@ -200,8 +200,45 @@ fn unshadowed_outline(origin: vec3<f32>, up: vec3<f32>, towards: vec3<f32>) -> f
     return max((walk.sum + edge_integral(walk.last, walk.first, up)) * sign, 0.0);
 }
 
+// Irradiance per unit radiance of a sphere, with the receiver's horizon (halflight-cpu/src/unshadowed/sphere.rs).
+fn unshadowed_sphere(origin: vec3<f32>, up: vec3<f32>) -> f32 {
+    let radius = sphere().w;
+    let to = sphere().xyz - origin;
+    let far = length3(to);
+    let height = dot3(up, to);
+    if far <= radius {
+        return PI;
+    }
+    let sine = (radius / far) * (radius / far);
+    let cosine = height / far;
+    if height >= radius {
+        return PI * sine * cosine;
+    }
+    if height <= -radius {
+        return 0.0;
+    }
+    let x = sqrt((far - radius) * (far + radius)) / radius;
+    let turned = sqrt(max(1.0 - cosine * cosine, 1e-12));
+    let y = clamp(-x * cosine / turned, -1.0, 1.0);
+    let span = sqrt(max((1.0 - y) * (1.0 + y), 0.0));
+    let arc = angle_over_sine(span, y) * span;
+    let part = height / radius;
+    let z = sqrt(max((1.0 - part) * (1.0 + part), 0.0)) / x;
+    var rim = angle_over_sine(z, 1.0) * z - x * x * z * sine;
+    if z < 0.2 {
+        // z s² − (z − atan z), where the last two terms cancel.
+        let square = z * z;
+        rim = z * sine - z * square
+            * (1.0 / 3.0 - square * (1.0 / 5.0 - square * (1.0 / 7.0 - square * (1.0 / 9.0 - square / 11.0))));
+    }
+    return max(sine * cosine * arc + rim, 0.0);
+}
+
 // Irradiance per unit radiance at a receiver.
 fn unshadowed(origin: vec3<f32>, up: vec3<f32>) -> f32 {
+    if is_sphere() {
+        return unshadowed_sphere(origin, up);
+    }
     let towards = facing(origin);
     if all(towards == vec3(0.0)) {
         return 0.0;

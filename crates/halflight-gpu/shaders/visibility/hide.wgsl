@@ -11,7 +11,7 @@ fn hide(here: Lane) {
     let ray = ray_at(here);
     if ray.exists && (visible[ray.word] & ray.bit) != 0u {
         let asked = queries[ray.query];
-        if asked.pixel != NONE && occluded_solidly(position[asked.pixel].xyz, sample_point(ray.index, asked.key)) {
+        if asked.pixel != NONE && is_hidden_solidly(position[asked.pixel].xyz, sample_place(ray.index, asked.key)) {
             atomicOr(&hidden_words[here.index / ray.chunk], ray.bit);
         }
     }
@@ -19,4 +19,16 @@ fn hide(here: Lane) {
     if ray.exists && here.index % ray.chunk == 0u {
         visible[ray.word] &= ~atomicLoad(&hidden_words[here.index / ray.chunk]);
     }
+}
+
+fn is_hidden_solidly(origin: vec3<f32>, place: vec2<f32>) -> bool {
+    let end = seen_point(seen_light(origin), place);
+    if !is_sphere() {
+        return occluded_solidly(origin, end);
+    }
+    if surrounded(origin) {
+        return false;
+    }
+    let stop = before_sphere(origin, end);
+    return any(stop != origin) && occluded_solidly(origin, stop);
 }

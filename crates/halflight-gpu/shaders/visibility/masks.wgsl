@@ -16,8 +16,12 @@ fn masks(here: Lane) {
         if asked.pixel != NONE {
             let receiver = receiver_at(asked.pixel);
             let place = sample_place(ray.index, asked.key);
-            let end = light_point(place);
-            if adds_light(receiver, place, end) {
+            let end = seen_point(seen_light(receiver.origin), place);
+            if surrounded(receiver.origin) {
+                atomicOr(&wanted_words[here.index / ray.chunk], ray.bit);
+                atomicOr(&visible_words[here.index / ray.chunk], ray.bit);
+                atomicAdd(&skipped, 1u);
+            } else if adds_light(receiver, place, end) {
                 atomicOr(&wanted_words[here.index / ray.chunk], ray.bit);
                 atomicAdd(&traced, 1u);
                 if !is_hidden(receiver, place, end) {

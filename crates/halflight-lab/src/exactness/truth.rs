@@ -48,7 +48,7 @@ pub(super) fn compare(
 /// coordinate by coordinate, without arithmetic and so without rounding: what is left out here cannot be met.
 fn truth(frame: &Frame, batch: &MaskBatch, query: usize) -> Vec<u64> {
     let (receiver, mesh) = (batch.queries()[query], &frame.scene.mesh);
-    let (light, wanted) = (frame.light(batch.light()), batch.wanted(query));
+    let (light, wanted) = (frame.light(batch.light()).seen_from(receiver.origin), batch.wanted(query));
     let samples = (0..batch.pattern().len()).filter(|sample| wanted[sample / 64] >> (sample % 64) & 1 != 0);
     let place = |sample: usize| light.point(batch.pattern().position(sample, receiver.key));
     let ends: Vec<(usize, Vec3)> = samples.map(|sample| (sample, place(sample))).collect();

@@ -147,6 +147,7 @@ pub(super) fn key(scene: &Scene, config: &ReferenceConfig) -> u64 {
         match light.shape {
             Shape::Parallelogram(_) => {}
             Shape::Ellipse(_) => words(&[1]),
+            Shape::Sphere(_) => words(&[3]),
             Shape::Polygon(polygon) => {
                 words(&[2, polygon.corners().len() as u32]);
                 for corner in polygon.corners() {

@@ -30,8 +30,11 @@ fn reason(scene: &Scene, light: &AreaLight, receivers: &[Receiver]) -> String {
     let black =
         scene.light_texture(light).is_some_and(|texture| texture.mean() * light.radiance == Vec3::ZERO);
     let normal = light.normal();
-    let in_front =
-        |receiver: &Receiver| light.two_sided || (receiver.origin - light.frame().origin).dot(normal) > 0.0;
+    let in_front = |receiver: &Receiver| {
+        light.two_sided
+            || light.as_sphere().is_some()
+            || (receiver.origin - light.frame().origin).dot(normal) > 0.0
+    };
     if light.radiance == Vec3::ZERO {
         "has no radiance".to_owned()
     } else if black {
@@ -41,6 +44,8 @@ fn reason(scene: &Scene, light: &AreaLight, receivers: &[Receiver]) -> String {
             Shape::Parallelogram(_) => ("cross(edge_u, edge_v) = ", "swap edge_u and edge_v"),
             Shape::Ellipse(_) => ("its normal ", "turn the normal, or swap axis_u and axis_v"),
             Shape::Polygon(_) => ("its normal ", "reverse the order of its points"),
+            // Spheres emit to everywhere and have been taken out.
+            Shape::Sphere(_) => ("", "move it"),
         };
         format!(
             "emits along {along}({:.3}, {:.3}, {:.3}), away from all of them; {swap}, or set two_sided = true",

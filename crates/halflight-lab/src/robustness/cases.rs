@@ -61,6 +61,7 @@ pub fn all() -> Vec<Case> {
     cases.extend(thin());
     cases.extend(close());
     cases.extend(lights());
+    cases.extend(spheres());
     cases.extend(images());
     cases.extend(places());
     cases.extend(sizes());
@@ -240,6 +241,26 @@ fn lights() -> [Case; 11] {
         ),
         Case::new("glancing", "the floor seen from 12 cm above it", glancing),
         Case::new("low-sun", "the floor lit from half a metre above it", low_sun),
+    ]
+}
+
+/// Returns cases of sphere lights: around all receivers, around some, and cut by what they light.
+fn spheres() -> [Case; 3] {
+    let sphere = |centre, radius| AreaLight::sphere(centre, radius, Vec3::new(10.0, 9.0, 8.0));
+    let post = |set: Set| set.block(Vec3::new(0.9, -0.01, -0.2), Vec3::new(1.2, 0.8, 0.1));
+    let in_floor = post(Set::floor()).light(sphere(Vec3::new(0.0, 0.2, 0.0), 0.6));
+    let on_stick = Set::floor()
+        .block(Vec3::new(-0.05, 0.0, -0.05), Vec3::new(0.05, 1.0, 0.05))
+        .light(sphere(Vec3::new(0.0, 1.0, 0.0), 0.25));
+    let around = Set::blocker().light(sphere(Vec3::Y, 40.0));
+    [
+        Case::new("sphere-around", "a sphere light around everything: no shadow at all", around),
+        Case::new(
+            "sphere-in-floor",
+            "a sphere light half in the floor: receivers inside it and outside",
+            in_floor,
+        ),
+        Case::new("sphere-on-stick", "a sphere light on a post that ends in its middle", on_stick),
     ]
 }
 

@@ -1,6 +1,7 @@
 //! Methods: every combination of the stages.
 
 use halflight_core::frame::LightSampling;
+use halflight_core::scene::Scene;
 use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 use halflight_cpu::irradiance::Shading;
 use itertools::{Itertools as _, iproduct};
@@ -45,6 +46,12 @@ impl Method {
     /// Returns whether every pixel is a fragment, so that the upsampler has nothing to do.
     pub fn is_every_pixel(&self) -> bool {
         self.refiner == RefinerConfig::PerPixel
+    }
+
+    /// Returns whether its backend answers for the lights of all scenes: 4D rasterization does not know spheres.
+    pub fn answers(&self, scenes: &[Scene]) -> bool {
+        let sphere = |scene: &Scene| scene.lights.iter().any(|light| light.as_sphere().is_some());
+        !(matches!(self.visibility, VisibilityConfig::Raster4d(_)) && scenes.iter().any(sphere))
     }
 
     /// Returns the light samples: shifted rows for 4D rasterization, which cannot answer jittered ones.
@@ -135,6 +142,9 @@ pub fn set(switches: &[Switch]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+    use halflight_core::light::AreaLight;
+
     use super::*;
 
     #[test]
@@ -155,6 +165,17 @@ mod tests {
         assert_eq!(all().len(), refiners * backends * upsamplers * 2 + backends * 2);
         // The best itself, and each other value of one stage.
         assert_eq!(few().len(), refiners * (1 + backends - 1 + upsamplers - 1 + 1) + 1 + backends - 1 + 1);
+    }
+
+    #[test]
+    fn rasterization_alone_has_no_answers_for_spheres() {
+        let sphere = AreaLight::sphere(Vec3::Y, 0.5, Vec3::ONE);
+        let scenes = |light: AreaLight| [Scene { lights: vec![light], ..Scene::default() }];
+        for method in all() {
+            let raster4d = method.visibility.name() == "raster4d";
+            assert_eq!(method.answers(&scenes(sphere)), !raster4d);
+            assert!(method.answers(&scenes(AreaLight::disk(Vec3::Y, Vec3::X, 0.5, Vec3::ONE))));
+        }
     }
 
     #[test]

@@ -83,9 +83,10 @@ impl Plan {
         self.cases.iter().map(|case| self.methods_of(case).len() as u64).sum()
     }
 
-    /// Returns the methods that render a case.
-    fn methods_of(&self, case: &Case) -> &[Method] {
-        if case.large { &self.for_large } else { &self.methods }
+    /// Returns the methods that render a case: those of its size whose backend answers for its lights.
+    fn methods_of(&self, case: &Case) -> Vec<Method> {
+        let methods = if case.large { &self.for_large } else { &self.methods };
+        methods.iter().filter(|method| method.answers(&case.scenes)).copied().collect()
     }
 }
 
@@ -130,7 +131,7 @@ pub fn run(plan: &Plan, out: &Path, progress: &Progress) -> Result<Vec<Row>> {
     for case in &plan.cases {
         progress.now(format!("{}: reference", case.name));
         let ready = Ready::new(case, plan.reference_samples)?;
-        let rendered = render(case, &ready, plan.methods_of(case), progress);
+        let rendered = render(case, &ready, &plan.methods_of(case), progress);
         if case.name == EASY {
             easy = rendered.iter().map(|one| (one.method, one.figure.clone())).collect();
         }
