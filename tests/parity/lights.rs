@@ -89,7 +89,7 @@ fn leaves_hide_spheres() {
     let Some(bench) = Bench::open() else { return };
     let config = per_pixel(96, 72, Shading::Ratio);
     let garden = bundled("garden").scene;
-    let light = AreaLight::sphere(garden.lights[0].centroid(), 0.7, Vec3::splat(20.0));
+    let light = AreaLight::sphere(garden.lights[0].centre(), 0.7, Vec3::splat(20.0));
     let stage = Stage::new(Scene { lights: vec![light], ..Scene::clone(&garden) }).unwrap();
     let mut twins = Twins::of(&bench, stage, &config, true);
     let error = |twins: &Twins| nmse2(&bench.read::<[f32; 4]>(twins.gpu.image()), twins.cpu.image());
