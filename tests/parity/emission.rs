@@ -189,13 +189,28 @@ fn the_callers_surfaces_hide_lights() {
 }
 
 #[test]
-fn visible_lights_with_textures_are_refused() {
+fn textures_are_seen() {
     let Some(bench) = Bench::open() else { return };
-    let texture = Arc::new(LightTexture::new(2, 1, vec![Vec3::ONE, Vec3::X]).unwrap());
-    let light = lights()[3].textured(0);
-    let scene = Scene { light_textures: vec![texture], ..lit(vec![light]) };
-    let error = bench.renderer(&scene, &config()).map(|_| ()).unwrap_err().to_string();
-    assert!(error.contains("a textured light that the camera sees"), "{error}");
+    let texels = (0..12).map(|at| Vec3::new(at as f32, (at * 5 % 12) as f32, 1.0)).collect();
+    let texture = Arc::new(LightTexture::new(4, 3, texels).unwrap());
+    let [plain, reversed] = [lights()[3], lights()[5]];
+    let scene = Scene {
+        light_textures: vec![texture],
+        ..lit(vec![reversed.textured(0), plain.textured(0).reversed().two_sided(), lights()[0]])
+    };
+    let mut twins = Twins::of(&bench, Stage::new(scene).unwrap(), &config(), true);
+    let expected = twins.cpu.image().clone();
+    let [others, strange] = compare(&download(&bench, &twins.gpu), &expected);
+    // Edges between texels lie inside the light.
+    assert!(others * 1000 <= (WIDTH * HEIGHT) as usize, "{others}, {strange}");
+    let mut colours: Vec<[u32; 3]> =
+        expected.emission.iter().map(|light| light.to_array().map(f32::to_bits)).collect();
+    colours.sort_unstable();
+    colours.dedup();
+    assert!(colours.len() > 12, "{}", colours.len());
+    twins.alter(&bench, &config(), ["textured/texel", "size.y - 1u - at.y", "at.y"]);
+    let [others, _] = compare(&download(&bench, &twins.gpu), &expected);
+    assert!(others > 300, "{others}");
 }
 
 #[test]

@@ -147,11 +147,21 @@ fn textures_come_change_and_go() {
 }
 
 #[test]
-fn sampled_irradiance_is_refused_by_name() {
+fn irradiance_is_sampled_by_texels() {
     let Some(bench) = Bench::open() else { return };
-    let stage = toys(vec![screen().textured(0)]);
-    let error = bench.renderer(&stage.scene, &per_pixel(64, 48, Shading::Sampled)).map(|_| ()).unwrap_err();
-    assert!(error.to_string().contains("`sampled` with textured lights"), "{error}");
+    for refiner in ["per-pixel", "sfvt-gass", "lattice"] {
+        let refiner = RefinerConfig::named(refiner).unwrap();
+        let config =
+            PipelineConfig { refiner, upsampler: refiner.upsampler(), ..per_pixel(96, 72, Shading::Sampled) };
+        let twins = Twins::of(&bench, toys(vec![lamp(), screen().textured(1)]), &config, true);
+        let off = error(&bench, &twins);
+        let bound = if refiner == RefinerConfig::PerPixel { 1e-6 } else { 1e-3 };
+        assert!(off < bound, "{refiner:?}: {off:e}");
+    }
+    let config = per_pixel(96, 72, Shading::Sampled);
+    let mut twins = Twins::of(&bench, toys(vec![screen().textured(1)]), &config, true);
+    twins.alter(&bench, &config, ["textured/texel", "size.y - 1u - at.y", "at.y"]);
+    assert!(error(&bench, &twins) > 1e-3);
 }
 
 #[test]

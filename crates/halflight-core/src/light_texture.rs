@@ -162,6 +162,21 @@ impl PlacedTexture<'_> {
         self.texture.at(if self.transposed { uv.yx() } else { uv })
     }
 
+    /// Factors of the texels, row by row from the top of the texture.
+    pub fn texels(&self) -> &[Vec3] {
+        self.texture.texels()
+    }
+
+    /// Width and height of the texture in texels.
+    pub fn size(&self) -> [u32; 2] {
+        [self.texture.width, self.texture.height]
+    }
+
+    /// True if the rows of the texture run along the second coordinate of the unit square.
+    pub fn is_transposed(&self) -> bool {
+        self.transposed
+    }
+
     /// Mean factors.
     pub fn mean(&self) -> Vec3 {
         self.texture.mean()

@@ -1,5 +1,5 @@
 // Adds a light that the camera sees, per pixel: from the ray of the pixel's centre to the radiance and the distance of the nearest
-// light before the surface (halflight-cpu/src/emission.rs).
+// light before the surface (halflight-cpu/src/emission.rs). `emission_at` is that of a uniform or of a textured light.
 //@ needs shared/light
 //@ reads position
 //@ writes emission
@@ -11,11 +11,19 @@ fn see(@builtin(global_invocation_id) at: vec3<u32>) {
     }
     let pixel = at.y * frame.width + at.x;
     let d = frame.corner + frame.right * (f32(at.x) + 0.5) + frame.down * (f32(at.y) + 0.5);
-    var t: f32;
+    // Parameter where the ray meets the light, 0 where it does not, and the place there.
+    var t = 0.0;
+    var place = vec2(0.0);
     if is_sphere() {
         t = sphere_along(d);
-    } else {
-        t = flat_along(d);
+    } else if any(facing(frame.eye) != vec3(0.0)) {
+        t = plane_along(d);
+        let dual = light_dual();
+        let point = from_light(frame.eye) + d * t;
+        place = vec2(dot3(point, dual.u), dot3(point, dual.v));
+        if !(all(place >= vec2(0.0)) && all(place <= vec2(1.0)) && light_contains(place)) {
+            t = 0.0;
+        }
     }
     if t <= 0.0 {
         return;
@@ -24,26 +32,18 @@ fn see(@builtin(global_invocation_id) at: vec3<u32>) {
     let nearest = emission[pixel].w;
     // Below 0 there is no surface; 0 stands for no light.
     if (depth < 0.0 || t < depth) && (nearest == 0.0 || t < nearest) {
-        emission[pixel] = vec4(frame.radiance, t);
+        emission[pixel] = vec4(emission_at(place), t);
     }
 }
 
-// Parameter where a ray along `d` from the eye meets a flat light that emits towards the eye; 0 where it does not.
-fn flat_along(d: vec3<f32>) -> f32 {
+// Parameter where a ray along `d` from the eye meets the plane of a flat light; 0 where it points away from it, or along it.
+fn plane_along(d: vec3<f32>) -> f32 {
     let height = -dot3(frame.light_normal, from_light(frame.eye));
     let along = dot3(frame.light_normal, d);
-    // The ray points away from the light's plane, or along it.
-    if all(facing(frame.eye) == vec3(0.0)) || height * along <= 0.0 {
-        return 0.0;
-    }
-    let t = height / along;
-    let point = from_light(frame.eye) + d * t;
-    let dual = light_dual();
-    let place = vec2(dot3(point, dual.u), dot3(point, dual.v));
-    return select(0.0, t, all(place >= vec2(0.0)) && all(place <= vec2(1.0)) && light_contains(place));
+    return select(0.0, height / along, height * along > 0.0);
 }
 
-// The same for a sphere: its nearest point, from inside the only one.
+// Parameter of the nearest point of a sphere, from inside of the only one; 0 beside it.
 fn sphere_along(d: vec3<f32>) -> f32 {
     let centre = sphere().xyz - frame.eye;
     let far = length3(centre);

@@ -127,6 +127,12 @@ impl Buffers {
         Ok(())
     }
 
+    /// Replaces the buffer of a slot, which no stage declares.
+    pub(crate) fn replace(&mut self, memory: &Memory, slot: Slot, buffer: wgpu::Buffer) {
+        self.table[slot as usize] = buffer;
+        self.generation = memory.created();
+    }
+
     /// Returns the resource that a slot binds.
     pub(crate) fn resource(&self, slot: Slot) -> wgpu::BindingResource<'_> {
         // The caller's textures are bound by the pass that reads them.

@@ -10,19 +10,21 @@ use halflight_cpu::pipeline::Image;
 use crate::bindings::Slot;
 use crate::error::GpuError;
 use crate::needs::{Needs, RECORD};
-use crate::pass::{Compiler, Pass};
+use crate::pass::{ByLight, Compiler};
 use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
 use crate::stats::Timed;
+use crate::textured::has_texture;
 
 programs! {
-    EMISSION: "emission" = see in "emission";
+    EMISSION: "emission" = see in "emission", "shared/emission";
+    TEXTURED: "emission, textured" = see in "emission", "textured/emission";
 }
 
 /// Pass that adds a light that the camera sees.
 #[derive(Debug)]
 pub(crate) struct Emission {
-    see: Pass,
+    see: ByLight,
 }
 
 /// True if any light can be seen.
@@ -36,8 +38,13 @@ impl Emission {
     /// # Errors
     /// A shader cannot be read or compiled.
     pub(crate) fn of(compiler: &Compiler, lights: &[AreaLight]) -> Result<Option<Self>, GpuError> {
-        let compile = || Ok(Self { see: compiler.pass(EMISSION, &[])? });
+        let compile = || Ok(Self { see: compiler.by_light((EMISSION, &[]), (TEXTURED, &[]))? });
         any_visible(lights).then(compile).transpose()
+    }
+
+    /// True if nothing has to be compiled for these lights.
+    pub(crate) fn knows(&self, lights: &[AreaLight]) -> bool {
+        self.see.is_textured() || !has_texture(lights)
     }
 
     /// Declares the radiance and distance of what is seen, where any light can be.
@@ -53,8 +60,9 @@ impl Emission {
         if any_visible(lights) {
             recorder.clear(Slot::Emission);
         }
-        for (number, _) in (0..).zip(lights).filter(|(_, light)| light.visible) {
-            recorder.run(&self.see, Timed::Compose, number * stride, Groups::Tiles(0));
+        for (number, light) in (0..).zip(lights).filter(|(_, light)| light.visible) {
+            recorder.textured = light.texture.is_some();
+            recorder.run_by_light(&self.see, Timed::Compose, number * stride, Groups::Tiles(0));
         }
     }
 }

@@ -91,6 +91,7 @@ pub(crate) struct Frame {
     pub(crate) outline_sides: [[f32; 4]; 12],
     pub(crate) mean_radiance: [f32; 4],
     pub(crate) texture: [u32; 4],
+    pub(crate) texture_size: [u32; 4],
 }
 
 impl Frame {

@@ -57,6 +57,11 @@ pub(crate) struct ByLight {
 }
 
 impl ByLight {
+    /// Returns whether there is a program for textured lights.
+    pub(crate) fn is_textured(&self) -> bool {
+        self.textured.is_some()
+    }
+
     /// Returns the program of a light.
     pub(crate) fn of(&self, textured: bool) -> &Pass {
         self.textured.as_ref().filter(|_| textured).unwrap_or(&self.uniform)

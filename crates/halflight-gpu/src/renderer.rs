@@ -11,6 +11,7 @@ use halflight_core::scene::{Camera, Mesh, Scene};
 use halflight_core::subpixel;
 use halflight_cpu::config::{PipelineConfig, VisibilityConfig};
 use halflight_cpu::flush::{FlushLight, separate_lights};
+use halflight_cpu::irradiance::Shading;
 use halflight_cpu::pipeline::{PipelineError, check_scene};
 use halflight_cpu::upsample::SurfaceLimits;
 
@@ -31,7 +32,7 @@ use crate::scene::SceneBuffers;
 use crate::shader::shader_module;
 use crate::stages::Stages;
 use crate::stats::{Clock, PendingStats};
-use crate::textured::Emitted;
+use crate::textured::{Emitted, has_texture};
 use crate::upsample::Upsample;
 
 /// Renders one scene on one device, frame after frame, in buffers that are kept.
@@ -125,10 +126,13 @@ impl Renderer {
         let stages = Stages::new(&compiler, scene, &parted, config, pattern)?;
         let memory = Memory::new(device);
         let scene_buffers = SceneBuffers::new(&memory, &scene.mesh, &parted)?;
-        let emitted = Emitted::new(scene, &lights, &stages.refiner.patterns(pattern));
-        let needs = stages.needs(config.width, config.height, pattern, &lights, &emitted)?;
+        let texels = config.shading == Shading::Sampled;
+        let emitted = Emitted::new(&memory, scene, &lights, &stages.refiner.patterns(pattern), texels)?;
+        let needs = stages.needs(config.width, config.height, pattern, &lights)?;
+        let mut buffers = Buffers::new(&memory, &scene_buffers.slots, needs)?;
+        emitted.bind(&mut buffers, &memory);
         Ok(Self {
-            buffers: Buffers::new(&memory, &scene_buffers.slots, needs)?,
+            buffers,
             memory,
             scene: scene.clone(),
             scene_buffers,
@@ -153,9 +157,10 @@ impl Renderer {
     /// # Errors
     /// The image has no pixels or is too large; the renderer is then as it was.
     pub fn resize(&mut self, width: u32, height: u32) -> Result<(), GpuError> {
-        let needs = self.stages.needs(width, height, self.pattern, &self.lights, &self.emitted)?;
+        let needs = self.stages.needs(width, height, self.pattern, &self.lights)?;
         if needs != self.buffers.needs {
             self.buffers = Buffers::new(&self.memory, &self.scene_buffers.slots, needs)?;
+            self.emitted.bind(&mut self.buffers, &self.memory);
         }
         Ok(())
     }
@@ -249,9 +254,12 @@ impl Renderer {
             .then(|| self.compile_textured())
             .transpose()?;
         let stages = compiled.as_ref().unwrap_or(&self.stages);
-        let emitted = Emitted::new(&self.scene, &lights, &stages.refiner.patterns(self.pattern));
-        let needs = stages.needs(width, height, self.pattern, &lights, &emitted)?;
+        let texels = self.config.shading == Shading::Sampled;
+        let patterns = stages.refiner.patterns(self.pattern);
+        let emitted = Emitted::new(&self.memory, &self.scene, &lights, &patterns, texels)?;
+        let needs = stages.needs(width, height, self.pattern, &lights)?;
         self.buffers.grow(&self.memory, needs)?;
+        emitted.bind(&mut self.buffers, &self.memory);
         (self.lights, self.flush, self.emitted) = (lights, flush, emitted);
         if let Some(compiled) = compiled {
             self.stages = compiled;
@@ -364,8 +372,7 @@ impl Renderer {
             })
             .collect();
         let space = stages.tracer.visibility.space(camera, needs, lights);
-        let written: [(_, &[u8], _); 3] = [
-            (Slot::Emitted.label(), bytemuck::cast_slice(&emitted.vectors), &buffers[Slot::Emitted]),
+        let written: [(_, &[u8], _); 2] = [
             ("uniforms", &frame_bytes(buffers, &frames), &buffers.frames),
             (Slot::Space.label(), &space, &buffers[Slot::Space]),
         ];
@@ -419,12 +426,7 @@ fn frame_bytes(buffers: &Buffers, frames: &[Frame]) -> Vec<u8> {
     bytes
 }
 
-/// Returns whether any light has a texture.
-fn has_texture(lights: &[AreaLight]) -> bool {
-    lights.iter().any(|light| light.texture.is_some())
-}
-
-/// Refuses textured lights that the camera sees and, where the backend or what looks at lights has no answers for them, spheres.
+/// Refuses spheres where the backend or what looks at lights has no answers for them.
 fn refuse_lights(lights: &[AreaLight], spheres: bool, mesh: &Mesh) -> Result<(), GpuError> {
     let is_sphere = |light: &AreaLight| light.as_sphere().is_some();
     if !spheres && lights.iter().any(is_sphere) {
@@ -437,12 +439,6 @@ fn refuse_lights(lights: &[AreaLight], spheres: bool, mesh: &Mesh) -> Result<(),
         return Err(GpuError::Unsupported {
             stage: "a sphere light before glossy surfaces",
             reason: "render the scene on the CPU, or switch specular reflection off (in scene files: specular = \"off\")",
-        });
-    }
-    if lights.iter().any(|light| light.visible && light.texture.is_some()) {
-        return Err(GpuError::Unsupported {
-            stage: "a textured light that the camera sees",
-            reason: "render the scene on the CPU, set visible = false, or take the texture off the light",
         });
     }
     Ok(())

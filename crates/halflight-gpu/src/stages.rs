@@ -5,7 +5,6 @@ use halflight_core::pattern::Pattern;
 use halflight_core::scene::Scene;
 use halflight_core::smooth::is_smooth;
 use halflight_cpu::config::PipelineConfig;
-use halflight_cpu::irradiance::Shading;
 use halflight_cpu::pipeline::{MAX_SIZE, PipelineError};
 
 use crate::compose::Compose;
@@ -20,7 +19,7 @@ use crate::refine::{Refiner, Tracer, refiner};
 use crate::scene::Corners;
 use crate::specular::Reflect;
 use crate::stats;
-use crate::textured::{Emitted, TexturedCompose};
+use crate::textured::{TexturedCompose, has_texture};
 use crate::upsample::Upsample;
 use crate::visibility::backend;
 
@@ -57,12 +56,6 @@ impl Stages {
         let refiner = refiner(compiler, config)?;
         let upsample = Upsample::new(compiler, config)?;
         let visibility = backend(compiler, parted, config)?;
-        if compiler.textured && config.shading == Shading::Sampled {
-            return Err(GpuError::Unsupported {
-                stage: "the shading `sampled` with textured lights",
-                reason: "texels are known as means over strata; use `ratio`",
-            });
-        }
         if compiler.textured && glossy {
             return Err(GpuError::Unsupported {
                 stage: "a textured light before glossy surfaces",
@@ -70,7 +63,8 @@ impl Stages {
             });
         }
         let reflect = glossy.then(|| Reflect::new(compiler, config, pattern, masked));
-        let textured = compiler.textured.then(|| TexturedCompose::new(compiler, refiner.smooths()));
+        let textured =
+            compiler.textured.then(|| TexturedCompose::new(compiler, config.shading, refiner.smooths()));
         Ok(Self {
             reflect: reflect.transpose()?,
             textured: textured.transpose()?,
@@ -102,8 +96,9 @@ impl Stages {
         device: &wgpu::Device,
         lights: &[AreaLight],
     ) -> Result<(), GpuError> {
-        if self.emission.is_none() {
-            self.emission = Emission::of(&Compiler { device, textured: false, replaced: &[] }, lights)?;
+        if self.emission.as_ref().is_none_or(|emission| !emission.knows(lights)) {
+            self.emission =
+                Emission::of(&Compiler { device, textured: has_texture(lights), replaced: &[] }, lights)?;
         }
         Ok(())
     }
@@ -118,7 +113,6 @@ impl Stages {
         height: u32,
         pattern: Pattern,
         lights: &[AreaLight],
-        emitted: &Emitted,
     ) -> Result<Needs, GpuError> {
         if !(1..=MAX_SIZE).contains(&width) || !(1..=MAX_SIZE).contains(&height) {
             return Err(PipelineError::Size { width, height }.into());
@@ -132,7 +126,6 @@ impl Stages {
         self.upsample.declare(&mut needs);
         Compose::declare(&mut needs);
         Emission::declare(&mut needs, lights);
-        emitted.declare(&mut needs);
         if self.reflect.is_some() {
             Reflect::declare(&mut needs);
         }

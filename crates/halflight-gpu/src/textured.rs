@@ -4,13 +4,16 @@ use glam::Vec3;
 use halflight_core::light::AreaLight;
 use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::scene::Scene;
+use halflight_cpu::irradiance::Shading;
 use halflight_cpu::textured::{SeenTexture, StrataRadiance};
 
 use crate::bindings::Slot;
-use crate::error::GpuError;
+use crate::buffers::Buffers;
+use crate::error::{GpuError, caught};
 use crate::frame::Frame;
+use crate::memory::Memory;
 use crate::needs::{Needs, RECORD};
-use crate::pass::{Compiler, Pass, flag};
+use crate::pass::{Compiler, Pass, flag, shading_flag};
 use crate::program::programs;
 use crate::recorder::{Groups, Recorder};
 use crate::stats::Timed;
@@ -33,10 +36,13 @@ impl TexturedCompose {
     ///
     /// # Errors
     /// A shader cannot be read or compiled.
-    pub(crate) fn new(compiler: &Compiler, smoothed: bool) -> Result<Self, GpuError> {
+    pub(crate) fn new(compiler: &Compiler, shading: Shading, smoothed: bool) -> Result<Self, GpuError> {
         let pass =
             |channel: f64| compiler.pass(CHANNEL, &[("CHANNEL", channel), ("SMOOTHED", flag(smoothed))]);
-        Ok(Self { channels: [pass(0.0)?, pass(1.0)?, pass(2.0)?], compose: compiler.pass(COMPOSE, &[])? })
+        Ok(Self {
+            channels: [pass(0.0)?, pass(1.0)?, pass(2.0)?],
+            compose: compiler.pass(COMPOSE, &[shading_flag(shading)])?,
+        })
     }
 
     /// Declares values by channel, of the samples that are declared already; `smoothed` as in [`Self::new`].
@@ -81,12 +87,17 @@ pub(crate) enum Patterns {
 const FEWEST: u16 = 4;
 
 /// What textured lights emit, and where it lies in [`Slot::Emitted`].
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Emitted {
-    /// Contents of the slot.
-    pub(crate) vectors: Vec<[f32; 4]>,
     /// One a light.
     places: Vec<Option<Place>>,
+    /// Contents of the slot; none without textured lights.
+    buffer: Option<wgpu::Buffer>,
+}
+
+/// Returns whether any light has a texture.
+pub(crate) fn has_texture(lights: &[AreaLight]) -> bool {
+    lights.iter().any(|light| light.texture.is_some())
 }
 
 #[derive(Debug)]
@@ -98,51 +109,40 @@ struct Place {
     strata: Vec<(u32, u32, u32)>,
     /// Index of the first stratum.
     first: u32,
+    /// Index of the first texel plus one; 0 where none are uploaded.
+    texels: u32,
+    /// Width and height of the texture, and 1 where its rows run along the second edge.
+    size: [u32; 3],
 }
 
 impl Emitted {
-    /// Returns what these lights of a scene emit in the strata of patterns.
-    pub(crate) fn new(scene: &Scene, lights: &[AreaLight], patterns: &Patterns) -> Self {
-        let mut emitted = Self::default();
-        for light in lights {
-            let place = emitted.add(scene, light, patterns);
-            emitted.places.push(place);
-        }
-        emitted
+    /// Uploads what these lights of a scene emit in the strata of patterns, texels of those that the camera sees and, where `texels` says
+    /// so, of all.
+    ///
+    /// # Errors
+    /// The device has no room for so much.
+    pub(crate) fn new(
+        memory: &Memory,
+        scene: &Scene,
+        lights: &[AreaLight],
+        patterns: &Patterns,
+        texels: bool,
+    ) -> Result<Self, GpuError> {
+        let mut vectors = Vec::new();
+        let add = |light: &AreaLight| add(&mut vectors, scene, light, patterns, texels || light.visible);
+        let places = lights.iter().map(add).collect();
+        let bytes: &[u8] = bytemuck::cast_slice(&vectors);
+        memory.check(Slot::Emitted.label(), bytes.len() as u64, "smaller textures fit")?;
+        let upload = || memory.filled(Slot::Emitted.label(), bytes, wgpu::BufferUsages::STORAGE);
+        let buffer = (!bytes.is_empty()).then(|| caught(&memory.device, GpuError::Memory, upload));
+        Ok(Self { places, buffer: buffer.transpose()? })
     }
 
-    fn add(&mut self, scene: &Scene, light: &AreaLight, patterns: &Patterns) -> Option<Place> {
-        let texture = scene.light_texture(light)?;
-        let cells = self.vectors.len() as u32;
-        let grids = SeenTexture::SIDES.iter().flat_map(|&side| texture.cells(side, side));
-        self.vectors.extend(grids.map(|mean| mean.to_array()));
-        let first = self.vectors.len() as u32;
-        let mut add_strata = |pattern: Pattern| {
-            let strata = StrataRadiance::new(&texture, light.radiance, pattern);
-            self.vectors.extend(strata.emissions().map(|emission| emission.to_array()));
-            self.vectors.len() as u32
-        };
-        let mut strata = Vec::new();
-        match patterns {
-            Patterns::Given(given) => {
-                let mut next = first;
-                for &pattern in given {
-                    strata.push((pattern.columns.into(), pattern.rows.into(), next));
-                    next = add_strata(pattern);
-                }
-            }
-            Patterns::Squares { most } => {
-                for side in FEWEST..=*most {
-                    add_strata(Pattern { kind: PatternKind::Grid, columns: side, rows: side });
-                }
-            }
+    /// Makes it the contents of its slot.
+    pub(crate) fn bind(&self, buffers: &mut Buffers, memory: &Memory) {
+        if let Some(buffer) = &self.buffer {
+            buffers.replace(memory, Slot::Emitted, buffer.clone());
         }
-        Some(Place { mean: texture.mean() * light.radiance, cells, strata, first })
-    }
-
-    /// Declares the slot.
-    pub(crate) fn declare(&self, needs: &mut Needs) {
-        needs.declare(Slot::Emitted, RECORD * self.vectors.len() as u64);
     }
 
     /// Returns the uniform of a light with what it emits.
@@ -157,8 +157,47 @@ impl Emitted {
         };
         Frame {
             mean_radiance: place.mean.extend(0.0).to_array(),
-            texture: [place.cells + 1, first, chosen, 0],
+            texture: [place.cells + 1, first, chosen, place.texels],
+            texture_size: [place.size[0], place.size[1], place.size[2], 0],
             ..frame
         }
     }
+}
+
+/// Adds what a light emits, if it has a texture, and returns where that lies.
+fn add(
+    vectors: &mut Vec<[f32; 4]>,
+    scene: &Scene,
+    light: &AreaLight,
+    patterns: &Patterns,
+    texels: bool,
+) -> Option<Place> {
+    let texture = scene.light_texture(light)?;
+    let cells = vectors.len() as u32;
+    let grids = SeenTexture::SIDES.iter().flat_map(|&side| texture.cells(side, side));
+    vectors.extend(grids.map(|mean| mean.to_array()));
+    let first = vectors.len() as u32;
+    let mut add_strata = |pattern: Pattern| {
+        let place = vectors.len() as u32;
+        let strata = StrataRadiance::new(&texture, light.radiance, pattern);
+        vectors.extend(strata.emissions().map(|emission| emission.to_array()));
+        (pattern.columns.into(), pattern.rows.into(), place)
+    };
+    let strata = match patterns {
+        Patterns::Given(given) => given.iter().map(|&pattern| add_strata(pattern)).collect(),
+        Patterns::Squares { most } => {
+            for side in FEWEST..=*most {
+                add_strata(Pattern { kind: PatternKind::Grid, columns: side, rows: side });
+            }
+            Vec::new()
+        }
+    };
+    let place = vectors.len() as u32 + 1;
+    if texels {
+        vectors.extend(texture.texels().iter().map(|texel| texel.extend(0.0).to_array()));
+    }
+    let [width, height] = texture.size();
+    let size = [width, height, texture.is_transposed().into()];
+    let mean = texture.mean() * light.radiance;
+    Some(Place { mean, cells, strata, first, texels: if texels { place } else { 0 }, size })
 }

@@ -88,8 +88,10 @@ struct Frame {
     // Mean radiance of the light: that of its texture, if it has one.
     mean_radiance: vec4<f32>,
     // Of a textured light, in `emitted`: index of its first cell, plus one; index of its first stratum, or of that of patterns with the fewest
-    // columns where z is 1, since the device chooses the pattern.
+    // columns where z is 1, since the device chooses the pattern; and index of its first texel, plus one, where texels are known.
     texture: vec4<u32>,
+    // Width and height of the texture, and 1 where its rows run along the second edge of the light.
+    texture_size: vec4<u32>,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

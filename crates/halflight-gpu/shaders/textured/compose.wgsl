@@ -4,6 +4,9 @@
 //@ reads planes
 //@ writes image
 
+// Quantity in `planes`: 0 irradiance per radiance, 1 the visible fraction.
+override SHADING: u32 = 1u;
+
 @compute @workgroup_size(8, 8)
 fn compose(@builtin(global_invocation_id) at: vec3<u32>) {
     if at.x >= frame.width || at.y >= frame.height {
@@ -13,7 +16,7 @@ fn compose(@builtin(global_invocation_id) at: vec3<u32>) {
     let pixels = frame.width * frame.height;
     var value = vec3(planes[pixel], planes[pixels + pixel], planes[2u * pixels + pixel]);
     // In umbra the unshadowed irradiance is irrelevant.
-    if any(value != vec3(0.0)) {
+    if SHADING == 1u && any(value != vec3(0.0)) {
         if is_receiver(pixel) {
             let receiver = receiver_at(pixel);
             value *= unshadowed(receiver.origin, receiver.normal) * seen(receiver.origin, receiver.normal);

@@ -3,6 +3,9 @@
 //@ needs shared/query_batch textured/noise textured/sums
 //@ writes samples fractions channels
 
+// Interpolated quantity: 0 irradiance, 1 the visible fraction.
+override SHADING: u32 = 1u;
+
 // True if the noise of the masks is needed.
 override NOISY: bool = false;
 
@@ -22,4 +25,7 @@ fn value(here: Lane) {
     let at = vec2(f32(pixel % frame.width), f32(pixel / frame.width)) + 0.5;
     samples[pixel] = Sample(at, colours.w, pixel);
     channels[pixel] = vec4(colours.xyz, 1.0);
+    if SHADING == 0u {
+        channels[pixel] = vec4(query_sampled(query) / f32(max(queries[query].asked, 1u)), 1.0);
+    }
 }

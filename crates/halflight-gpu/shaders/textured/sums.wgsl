@@ -1,6 +1,6 @@
 // Sums over the samples of a textured light, per query, of red, green and blue: in the summation order of the CPU
 // (halflight-cpu/src/textured/strata.rs).
-//@ needs shared/light shared/query shared/receiver textured/strata
+//@ needs shared/light shared/query shared/receiver textured/strata textured/texel
 //@ reads queries wanted visible
 
 struct Sums {
@@ -44,6 +44,29 @@ fn query_sums(query: u32) -> Sums {
         sums.all += both;
     }
     return sums;
+}
+
+// Irradiance of red, green and blue per radiance of the light, of one query: by the texels that its samples lie on.
+fn query_sampled(query: u32) -> vec3<f32> {
+    let asked = queries[query];
+    var sum = vec3(0.0);
+    if asked.pixel == NONE || asked.asked == 0u {
+        return sum;
+    }
+    let receiver = receiver_at(asked.pixel);
+    let towards = facing(receiver.origin);
+    if all(towards == vec3(0.0)) {
+        return sum;
+    }
+    let first = query * frame.pattern.words;
+    for (var index = 0u; index < frame.pattern.count; index++) {
+        let word = first + index / 32u;
+        if ((wanted[word] & visible[word]) >> (index & 31u) & 1u) != 0u {
+            let place = sample_place(index, asked.key);
+            sum += texel_at(place) * geometry_term(light_point(place) - receiver.origin, receiver.normal, towards);
+        }
+    }
+    return sum * frame.light_area;
 }
 
 // Visible fractions of red, green and blue, and of the light as a whole: the ratio of the lengths. A channel of which

@@ -77,7 +77,10 @@ impl Lattice {
             discontinuities: compiler.pass(DISCONTINUITIES, &[("EDGE", edge.into())])?,
             gather: compiler.pass(GATHER, &[])?,
             request: Request::new(compiler, true)?,
-            value: compiler.by_light((VALUE, &[shading_flag(shading), noisy]), (VALUE_TEXTURED, &[noisy]))?,
+            value: compiler.by_light(
+                (VALUE, &[shading_flag(shading), noisy]),
+                (VALUE_TEXTURED, &[shading_flag(shading), noisy]),
+            )?,
             split_test: compiler.pass(SPLIT_TEST, &[visible_error])?,
             close_cracks: compiler.pass(CLOSE_CRACKS, &[visible_error])?,
             smooth: smooths.then(|| compiler.by_light((SMOOTH, &[]), (SMOOTH_TEXTURED, &[]))).transpose()?,

@@ -50,7 +50,7 @@ impl SfvtGass {
             cells: Cells::new(compiler, true, true)?,
             classify: compiler.pass(CLASSIFY, &[shading])?,
             split_test: compiler.pass(SPLIT_TEST, &[dark, additional])?,
-            value: compiler.by_light((VALUE, &[shading]), (TEXTURED, &[]))?,
+            value: compiler.by_light((VALUE, &[shading]), (TEXTURED, &[shading]))?,
             finals: compiler.pass(FINALS, &[shading])?,
         })
     }

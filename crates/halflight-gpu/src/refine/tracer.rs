@@ -41,7 +41,8 @@ impl Tracer {
             dispatch: compiler.pass(DISPATCH, &[])?,
             visibility,
             hide: masked.then(|| compiler.pass(HIDE, &[])).transpose()?,
-            irradiance: compiler.by_light((IRRADIANCE, &[shading_flag(shading)]), (TEXTURED, &[]))?,
+            irradiance: compiler
+                .by_light((IRRADIANCE, &[shading_flag(shading)]), (TEXTURED, &[shading_flag(shading)]))?,
         })
     }
 

@@ -76,7 +76,8 @@ fn structures_are_laid_out_alike() {
         outline_corners,
         outline_sides,
         mean_radiance,
-        texture
+        texture,
+        texture_size
     );
     check!(&parsed(&named("error target: choose")).0, "Choice", Choice, pattern, error, coarsest, every);
     let module = &parsed(&named("voxel: masks")).0;
