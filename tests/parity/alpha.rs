@@ -182,7 +182,8 @@ fn masks_of_one_kind_of_texel_change_nothing() {
         Arc::make_mut(&mut plain.mesh).materials[1].alpha_mask = None;
         let mut bare = sieve(|_| 0);
         let mesh = Arc::make_mut(&mut bare.mesh);
-        (mesh.triangles.truncate(2), mesh.material_ids.truncate(2));
+        mesh.triangles.truncate(2);
+        mesh.material_ids.truncate(2);
         let (plain, bare) = (image(&plain), image(&bare));
         // Voxels are approximate, but masked triangles are not theirs.
         assert!(backend == "voxel" || image(&sieve(|_| 255)) == plain, "{backend}");
