@@ -112,12 +112,12 @@ fn pixels_see_the_same_lights() {
             assert!(off(&found.radiance, &expected.radiance) < 1e-3 * mean(&expected.radiance));
         }
         let wrong = [
-            ["emission", "all(facing(frame.eye) == vec3(0.0))", "false"],
+            ["emission", "any(facing(frame.eye) != vec3(0.0))", "true"],
             ["emission", "t < depth)", "t < depth + 0.2)"],
             ["emission", "|| t < nearest", "|| t > nearest"],
-            ["emission", "&& light_contains(place)", ""],
+            ["emission", "&& light_contains(place))", ")"],
             ["emission", "f32(at.x) + 0.5", "f32(at.x) - 0.5"],
-            ["emission", "vec4(frame.radiance, t)", "vec4(frame.radiance.zyx, t)"],
+            ["emission", "vec4(emission_at(place), t)", "vec4(emission_at(place).zyx, t)"],
         ];
         for altered in wrong.into_iter().filter(|_| kept) {
             twins.alter(&bench, &config(), altered);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use halflight::config::{Named, PipelineConfig, VisibilityConfig};
+use halflight::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
 use halflight::frame::LightSampling;
 use halflight::glam::Vec3;
 use halflight::irradiance::Shading;
@@ -99,6 +99,39 @@ fn leaves_hide_spheres() {
     twins.alter(&bench, &config, wrong);
     let off = error(&twins);
     assert!(off > 1e-4, "{off:e}");
+}
+
+#[test]
+fn the_lattice_refines_alike_under_spheres() {
+    let Some(bench) = Bench::open() else { return };
+    let light = spheres()[1].1;
+    let config = PipelineConfig { width: 96, height: 72, antialias: 1, ..PipelineConfig::default() };
+    let refiner = RefinerConfig::named("lattice").unwrap();
+    let config = PipelineConfig { refiner, upsampler: refiner.upsampler(), ..config };
+    let twins = Twins::of(&bench, toys(light), &config, true);
+    let image: Vec<[f32; 4]> = bench.read(twins.gpu.image());
+    let off = nmse2(&image, twins.cpu.image());
+    // A sample that is decided differently may split a cell, whose interpolated values are within the refiner's tolerance.
+    assert!(off < 1e-4, "{off:e}");
+}
+
+#[test]
+fn a_sphere_that_is_another_is_noticed() {
+    let Some(bench) = Bench::open() else { return };
+    let config = per_pixel(96, 72, Shading::Sampled);
+    for (light, [module, right, wrong]) in [
+        (0, ["shared/sphere", "let rim = radius", "let rim = 0.98 * radius"]),
+        (0, ["shared/sphere", "unit * (radius * radius / far)", "unit * radius"]),
+        // Toys see the half below the floor through it, but for what the sphere's surface is before.
+        (2, ["visibility/ray", "let stop = before_sphere(receiver.origin, end);", "let stop = end;"]),
+        (2, ["shared/sums", "if surrounded(receiver.origin)", "if false"]),
+    ] {
+        let mut twins = Twins::of(&bench, toys(spheres()[light].1), &config, true);
+        twins.alter(&bench, &config, [module, right, wrong]);
+        let image: Vec<[f32; 4]> = bench.read(twins.gpu.image());
+        let off = nmse2(&image, twins.cpu.image());
+        assert!(off > 4e-6, "{module}: {off:e}");
+    }
 }
 
 #[test]

@@ -47,7 +47,7 @@ pub(crate) fn complete(
 ) -> u64 {
     let (pattern, words) = (batch.pattern(), batch.words());
     let (low, high) = sphere.padded_bounds(bvh.largest());
-    let touched = !bvh.triangles_in(low, high).is_empty();
+    let touched = bvh.has_triangle_in(low, high);
     if words == 0 || surrounded.wanted.is_empty() && !touched {
         return 0;
     }

@@ -2,8 +2,8 @@
 //!
 #![doc = include_str!("picture.md")]
 //!
-//! Light is direct, surfaces are diffuse, lights are flat: plain or textured parallelograms, disks, ellipses and convex
-//! polygons. A frame comes down to an error target or a
+//! Light is direct, surfaces are diffuse, lights are plain or textured parallelograms, disks, ellipses, convex
+//! polygons and spheres. A frame comes down to an error target or a
 //! [`Quality`](config::Quality) ([`PipelineConfig`](config::PipelineConfig)) instead of a number of samples.
 //!
 //! # Example

@@ -9,6 +9,7 @@ use halflight_core::certificate::{Certificate, Region};
 use halflight_core::frame::{Frame, Sharing};
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::hash;
+use halflight_core::light::AreaLight;
 use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::{Pattern, PatternKind};
 use halflight_core::pyramid::Pyramid;
@@ -138,7 +139,7 @@ fn compare(scene: &Scene, bvh: &Arc<Bvh>, count: usize) -> u32 {
         let batch = ask(&receivers(count), pattern, sparse);
         let expected = answers(&mut BruteForce, scene, bvh, &batch);
         for (number, backend) in backends(bvh).iter_mut().enumerate() {
-            if backend.supports(pattern).is_ok() {
+            if backend.supports(pattern).is_ok() && backend.supports_light(&scene.lights[0]).is_ok() {
                 let found = answers(backend.as_mut(), scene, bvh, &batch);
                 assert!(found == expected, "backend {number}, {pattern:?}, {sparse}");
             }
@@ -163,6 +164,26 @@ fn exact_backends_agree_with_brute_force() {
     let mut scene = masked(whole(&leaves(30)), alpha);
     Arc::make_mut(&mut scene.mesh).material_ids.fill(LEAF);
     compare(&scene, &Arc::new(Bvh::build(&scene.mesh).unwrap()), 70);
+}
+
+#[test]
+fn exact_backends_agree_under_spheres() {
+    // Above the leaves; among them, with receivers inside and leaves that end in it; and touching the floor.
+    for (centre, radius) in [(Vec3::Y * 3.0, 0.7), (Vec3::new(0.2, 0.9, 0.1), 0.6), (Vec3::Y * 0.5, 0.5)] {
+        let mut scene = masked(whole(&leaves(30)), alpha);
+        scene.lights = vec![AreaLight::sphere(centre, radius, Vec3::ONE)];
+        let bvh = Arc::new(Bvh::build(&scene.mesh).unwrap());
+        assert!(compare(&scene, &bvh, 130) > 500);
+        // Without masks, and with nothing but leaves.
+        let mesh = Arc::make_mut(&mut scene.mesh);
+        mesh.material_ids.fill(LEAF);
+        let leaves_only = Arc::new(Bvh::build(mesh).unwrap());
+        compare(&scene, &leaves_only, 70);
+        let mesh = Arc::make_mut(&mut scene.mesh);
+        mesh.material_ids.fill(0);
+        let solid = Arc::new(Bvh::build(mesh).unwrap());
+        assert!(solid.masked().is_none() && compare(&scene, &solid, 70) > 500);
+    }
 }
 
 #[test]

@@ -103,9 +103,7 @@ impl Beam {
         self.order.par_sort_unstable();
         true
     }
-}
 
-impl Beam {
     /// Answers queries about a sphere, whose disk is another one for every receiver: each by its own frustum, or by rays where these are allowed.
     fn answer_each(&self, light: &AreaLight, batch: &mut MaskBatch) -> VisibilityStats {
         let (bvh, isa, pattern, words) = (&*self.bvh, self.isa, batch.pattern(), batch.words());

@@ -117,6 +117,21 @@ impl Bvh {
     /// Triangles whose boxes may touch a box, in no particular order, alpha-masked ones included.
     pub(crate) fn triangles_in(&self, low: Vec3, high: Vec3) -> Vec<u32> {
         let mut found = self.masked().map_or_else(Vec::new, |masked| masked.triangles_in(low, high));
+        self.any_block_in(low, high, |block| {
+            found.extend(block.triangles());
+            false
+        });
+        found
+    }
+
+    /// True if the box of a triangle may touch a box; alpha-masked ones included.
+    pub(crate) fn has_triangle_in(&self, low: Vec3, high: Vec3) -> bool {
+        self.any_block_in(low, high, |_| true)
+            || self.masked().is_some_and(|masked| masked.has_triangle_in(low, high))
+    }
+
+    /// True if `test` is for one of the blocks whose boxes touch a box.
+    fn any_block_in(&self, low: Vec3, high: Vec3, mut test: impl FnMut(&Block) -> bool) -> bool {
         let mut waiting = Vec::new();
         waiting.extend(self.nodes.first().map(|_| 0));
         while let Some(index) = waiting.pop() {
@@ -128,11 +143,12 @@ impl Bvh {
                 }
                 match Child::decode(node.child(slot)) {
                     Child::Node(child) => waiting.push(child),
-                    Child::Block(block) => found.extend(self.blocks[block as usize].triangles()),
+                    Child::Block(block) if test(&self.blocks[block as usize]) => return true,
+                    Child::Block(_) => {}
                 }
             }
         }
-        found
+        false
     }
 
     /// Number of triangles.
