@@ -17,6 +17,8 @@ const BUNDLED: &[(&str, &str)] = scenes![
     "coaster",
     "church",
     "garden",
+    "living-room",
+    "gallery",
     "soup",
     "open-floor",
     "half-plane",
