@@ -18,6 +18,7 @@ const BUNDLED: &[(&str, &str)] = scenes![
     "church",
     "garden",
     "living-room",
+    "checkerboard",
     "gallery",
     "soup",
     "open-floor",
