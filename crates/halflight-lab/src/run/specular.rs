@@ -142,7 +142,7 @@ mod tests {
         repetitions = 1
         reference = { samples = 512, seed = 7 }
         scene = [{ name = "gallery" }]
-        specular = [{ name = "nichols", spacing = 16, coarsest_level = [0, 4] }, { name = "nichols", visibility = "none" }]
+        specular = [{ name = "nichols", spacing = 16, geometry = { depth = 9, curvature = 9 }, coarsest_level = [0, 4] }, { name = "nichols", visibility = "none" }]
         [[grid]]
         refiners = [{ name = "per-pixel" }]
         upsamplers = ["bilinear"]
