@@ -165,9 +165,7 @@ impl TextureEntry {
             Origin::File { name, encoding } => {
                 (read_files(self.files(folder).map_err(fault)?, *encoding).map_err(fault)?, name)
             }
-            Origin::Generated { pattern, frames } => {
-                (generated(pattern, *frames).map_err(|message| fault(message))?, pattern)
-            }
+            Origin::Generated { pattern, frames } => (generated(pattern, *frames).map_err(fault)?, pattern),
         };
         if let Some(first) = textures.first().filter(|_| !self.stretch) {
             let frame = light.frame();
