@@ -61,7 +61,7 @@ fn farthest<L: Lanes, const N: usize>(t: &[f32; N], count: usize) -> f32 {
 }
 
 /// Search for the nearest triangles along up to [`RAYS`] segments.
-struct Nearest<'a> {
+struct FirstHits<'a> {
     bvh: &'a Bvh,
     mesh: &'a Mesh,
     origin: Vec3,
@@ -69,7 +69,7 @@ struct Nearest<'a> {
     parts: &'a mut [f32],
 }
 
-impl Kernel for Nearest<'_> {
+impl Kernel for FirstHits<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -161,9 +161,9 @@ impl Bvh {
     /// Finds the nearest triangle that each segment from `origin` to one of `ends` meets, world space, and writes the part of the segment before
     /// it, 0 to 1, or infinity where there is none. Of alpha-masked triangles, solid points alone are met. The triangles are those of `mesh`, which the BVH
     /// must be over; a segment without a length meets nothing.
-    pub fn nearest(&self, mesh: &Mesh, origin: Vec3, ends: &[Vec3], parts: &mut [f32]) {
+    pub fn first_hits(&self, mesh: &Mesh, origin: Vec3, ends: &[Vec3], parts: &mut [f32]) {
         for (ends, parts) in ends.chunks(RAYS).zip(parts.chunks_mut(RAYS)) {
-            Isa::best().run(Nearest { bvh: self, mesh, origin, ends, parts });
+            Isa::best().run(FirstHits { bvh: self, mesh, origin, ends, parts });
         }
     }
 

@@ -170,7 +170,7 @@ impl<'a> Light<'a> {
 
     fn trace(&self, origin: Vec3, ends: &[Vec3], parts: &mut [f32]) {
         let scene = self.surfaces.scene;
-        scene.bvh().nearest(&scene.scene().mesh, origin, ends, parts);
+        scene.bvh().first_hits(&scene.scene().mesh, origin, ends, parts);
     }
 
     /// Gathers from directions on a grid around the mirrored one, as wide as the lobe. Weights are those of the lobe, normalised over all directions, also those that

@@ -67,7 +67,7 @@ pub(super) fn refine(surfaces: &Surfaces, light: &Light, config: &PhongConfig) -
         let mut next = Vec::new();
         let mut cells = Vec::new();
         let verdicts: Vec<Verdict> =
-            pending.par_iter().map(|&(x, y)| judge(surfaces, light, config, level, x, y)).collect();
+            pending.par_iter().map(|&(x, y)| classify(surfaces, light, config, level, x, y)).collect();
         for (&(x, y), verdict) in pending.iter().zip(verdicts) {
             match verdict {
                 Verdict::Empty => {}
@@ -151,7 +151,7 @@ impl Refined {
 }
 
 /// Decides about a cell before anything is gathered.
-fn judge(surfaces: &Surfaces, light: &Light, config: &PhongConfig, level: u8, x: u32, y: u32) -> Verdict {
+fn classify(surfaces: &Surfaces, light: &Light, config: &PhongConfig, level: u8, x: u32, y: u32) -> Verdict {
     let gbuffer = &surfaces.gbuffer;
     let (x0, y0) = (x << level, y << level);
     let (x1, y1) = ((x0 + (1 << level)).min(gbuffer.width), (y0 + (1 << level)).min(gbuffer.height));

@@ -26,7 +26,7 @@ const SIZE: [u32; 2] = [96, 72];
 
 /// Relative difference of two images: root of squares over root of squares.
 fn difference(found: &[Vec3], expected: &[Vec3]) -> f32 {
-    let squares = |values: &mut dyn Iterator<Item = Vec3>| values.map(|v| v.length_squared()).sum::<f32>();
+    let squares = |values: &mut dyn Iterator<Item = Vec3>| values.map(Vec3::length_squared).sum::<f32>();
     let off = squares(&mut found.iter().zip(expected).map(|(a, b)| *a - *b));
     (off / squares(&mut expected.iter().copied())).sqrt()
 }
@@ -93,7 +93,7 @@ fn light_samples_and_grids_reflect_what_the_lobe_does() {
             let mut surfaces = Surfaces::new(&scene, SIZE, 0);
             let expected = truth(&surfaces, 4096, LobeVisibility::None, 1).unwrap();
             let config = pixels(|config| {
-                (config.samples, config.few, config.grid, config.lobe_edge) = (1024, few, 8, 0.03)
+                (config.samples, config.few, config.grid, config.lobe_edge) = (1024, few, 8, 0.03);
             });
             let found = surfaces.render(&config).unwrap();
             let off = difference(&found.radiance, &expected);

@@ -7,10 +7,10 @@ use halflight_core::hash;
 use halflight_core::pattern::{Pattern, PatternError, PatternKind};
 use rayon::prelude::*;
 
+use super::Surfaces;
 use super::config::{LobeVisibility, PhongConfig};
 use super::gather::{Light, inside};
 use super::lobe::Lobe;
-use super::{LobeVisibility as Visibility, Surfaces};
 
 /// Distinguishes the random numbers from those of other stages.
 const DIRECTIONS: u32 = 0x9b0f_17c3;
@@ -57,8 +57,8 @@ pub fn truth(
                 }
             }
             let mut parts = vec![f32::INFINITY; ends.len()];
-            if visibility != Visibility::None {
-                surfaces.scene.bvh().nearest(&frame.scene.mesh, origin, &ends, &mut parts);
+            if visibility != LobeVisibility::None {
+                surfaces.scene.bvh().first_hits(&frame.scene.mesh, origin, &ends, &mut parts);
             }
             let seen = values.iter().zip(&parts).filter(|(_, part)| **part >= 1.0);
             let sum: Vec3 = seen.map(|(value, _)| *value).sum();

@@ -94,7 +94,7 @@ impl CoarseMaps {
             let eye = light.point(frame.pattern.position(sample, key));
             let ends: Vec<Vec3> = directions.iter().map(|&direction| eye + direction * far).collect();
             let mut distances = vec![0.0; ends.len()];
-            self.bvh.nearest(mesh, eye, &ends, &mut distances);
+            self.bvh.first_hits(mesh, eye, &ends, &mut distances);
             distances.iter_mut().for_each(|distance| *distance *= far);
             PointMap { eye, distances }
         };

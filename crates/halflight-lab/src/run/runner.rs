@@ -106,7 +106,14 @@ pub fn run(
     if !plan::specular(experiment).map_err(|message| anyhow!("{}: {message}", experiment.name))?.is_empty() {
         for setting in &settings {
             let scene = Loaded::new(&experiment.scenes[setting.scene], &progress)?;
-            passes.extend(specular::measure(experiment, places, setting, &scene, provenance, &progress)?);
+            passes.extend(specular::measure(
+                experiment,
+                &places.out,
+                setting,
+                &scene,
+                provenance,
+                &progress,
+            )?);
         }
     }
     progress.finish();

@@ -1,6 +1,7 @@
 //! Specular passes of a setting, timed and measured against converged lobes.
 
 use std::f32::consts::PI;
+use std::path::Path;
 
 use anyhow::{Context as _, Result, anyhow, bail};
 use glam::Vec3;
@@ -10,7 +11,6 @@ use halflight_metrics::{Image, halves_noise, nmse2, write_png};
 
 use super::loaded::Loaded;
 use super::progress::Progress;
-use super::runner::Places;
 use super::timing::median;
 use crate::experiment::Experiment;
 use crate::experiment::plan::{self, Setting};
@@ -29,13 +29,13 @@ struct Converged {
 /// Renders and measures all specular passes in a setting, and writes their pictures.
 pub(super) fn measure(
     experiment: &Experiment,
-    places: &Places,
+    out: &Path,
     setting: &Setting,
     loaded: &Loaded,
     provenance: &Provenance,
     progress: &Progress,
 ) -> Result<Vec<SpecularRow>> {
-    let folder = places.out.join("pictures").join(&setting.slug);
+    let folder = out.join("pictures").join(&setting.slug);
     fs_err::create_dir_all(&folder)?;
     let scene = loaded.lit(setting.light_scale)?;
     let mut surfaces = Surfaces::new(&scene, setting.size, experiment.seed);
@@ -156,9 +156,9 @@ mod tests {
         experiment.set_scenes(&[scene.to_string()]);
         let settings = plan::settings(&experiment);
         let loaded = Loaded::new(&experiment.scenes[0], &Progress::hidden()).unwrap();
-        let places = Places { out: folder.path().to_path_buf(), references: folder.path().to_path_buf() };
         let provenance = Provenance::default();
-        let rows = measure(&experiment, &places, &settings[0], &loaded, &provenance, &Progress::hidden())?;
+        let rows =
+            measure(&experiment, folder.path(), &settings[0], &loaded, &provenance, &Progress::hidden())?;
         for file in rows.iter().flat_map(SpecularRow::pictures) {
             assert!(folder.path().join("pictures/gallery").join(file).is_file());
         }

@@ -76,7 +76,7 @@ fn soup_of_large_and_of_small_triangles() {
 }
 
 #[test]
-fn nearest_triangles_are_those_of_an_exact_search() {
+fn first_hits_are_those_of_an_exact_search() {
     let scene = scene(&soup(300, 0.5), lamp(Vec3::new(0.1, 1.5, 0.0), 1.0));
     let bvh = Bvh::build(&scene.mesh).unwrap();
     let mut numbers = Numbers(5);
@@ -85,7 +85,7 @@ fn nearest_triangles_are_those_of_an_exact_search() {
         // More than one packet.
         let (origin, ends) = (numbers.point(), (0..70).map(|_| numbers.point() * 0.8).collect::<Vec<_>>());
         let mut parts = vec![0.0; ends.len()];
-        bvh.nearest(&scene.mesh, origin, &ends, &mut parts);
+        bvh.first_hits(&scene.mesh, origin, &ends, &mut parts);
         for (&end, &part) in ends.iter().zip(&parts) {
             let ray = exact::Ray { origin, d: end - origin };
             let corners = (0..scene.mesh.triangle_count()).map(|index| scene.mesh.corners(index));
