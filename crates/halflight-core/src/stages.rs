@@ -10,7 +10,7 @@ use crate::light::AreaLight;
 use crate::mask::MaskBatch;
 use crate::pattern::Pattern;
 use crate::pyramid::MAX_LEVEL;
-use crate::stats::{CertificateCounts, VisibilityStats};
+use crate::stats::{CertificateCounts, LevelWork, VisibilityStats};
 use crate::values::Values;
 
 /// A combination of stages that cannot work.
@@ -67,6 +67,8 @@ pub struct RefineOutput<'a> {
     pub colours: &'a [[f32; 3]],
     /// Pixels by what was certified of their cells, from refiners that ask for certificates.
     pub certified: CertificateCounts,
+    /// Work of each level, 0 first, from refiners that work level by level; otherwise empty.
+    pub levels: &'a [LevelWork],
 }
 
 /// Decides which fragments an image is made of, asking for visibility as often as it needs.

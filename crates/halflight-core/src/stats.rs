@@ -84,6 +84,22 @@ pub struct FragmentCounts {
     pub cells: [u64; LEVELS],
 }
 
+/// Work of a refiner at one level.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LevelWork {
+    /// Fragments whose visibility was asked for, whether they were kept or split.
+    pub rendered: u64,
+    /// Time of the level with the visibility that it asked for, ms.
+    pub ms: f64,
+}
+
+impl AddAssign for LevelWork {
+    fn add_assign(&mut self, other: Self) {
+        self.rendered += other.rendered;
+        self.ms += other.ms;
+    }
+}
+
 /// Counts of how a visibility backend computed its masks; fields that have no meaning for a backend stay 0.
 ///
 /// A backend starts with `VisibilityStats::default()` and sets fields.
@@ -213,6 +229,9 @@ pub struct FrameStats {
     /// Edge pixels and their sub-samples.
     #[serde(default)]
     pub antialias: AntialiasCounts,
+    /// Work of each level, 0 first, all lights together; empty from refiners that do not work level by level.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub levels: Vec<LevelWork>,
     /// Expected squared error of the irradiance over its squares, summed over the image by luminance: what the NMSE₂ against
     /// a reference should be. None from refiners that do not aim at one.
     #[serde(default)]

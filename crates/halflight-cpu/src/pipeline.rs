@@ -17,7 +17,7 @@ use halflight_core::pattern::Pattern;
 use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::Scene;
 use halflight_core::stages::Visibility;
-use halflight_core::stats::FrameStats;
+use halflight_core::stats::{FrameStats, LevelWork};
 use halflight_core::subpixel;
 use halflight_core::values::Values;
 
@@ -339,6 +339,9 @@ impl State {
             stats.stages_ms.certify += certify_ms;
             stats.stages_ms.refine += lap(&mut clock) - masks_ms - certify_ms;
             stats.certified += refined.certified;
+            let levels = refined.levels.len().max(stats.levels.len());
+            stats.levels.resize(levels, LevelWork::default());
+            stats.levels.iter_mut().zip(refined.levels).for_each(|(sum, level)| *sum += *level);
             expected = expected.zip(refined.expected_error).map(|(sum, error)| sum + error);
 
             let fragments = &buffers.fragments;

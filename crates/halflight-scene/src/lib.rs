@@ -26,6 +26,8 @@
 //! visible = false         # optional, this is the default; true: the camera sees the light
 //! ## texture = "screen.png"  # optional: a texture that the radiance is multiplied with, its lower left at the corner, its rows along edge_u;
 //! ##                          # "screen-####.png" is a video, of frames with numbers of four digits
+//! ## texture_generator = "meadow" # optional, instead of a texture: a generated one of 160 × 90 texels, "meadow" or "checkerboard"
+//! ## texture_frames = 24      # optional, of a generated texture: frames of a film that repeats; 1 is a still
 //! ## texture_encoding = "auto" # optional: linear in HDR and EXR files, sRGB in others; or "linear", "srgb"
 //! ## texture_fps = 24        # optional, of a video, which begins again after its last frame
 //! ## texture_stretch = false # optional: true if the texture's aspect ratio is not the light's

@@ -69,6 +69,31 @@ fn frames_of_a_video_follow_each_other() {
 }
 
 #[test]
+fn textures_are_generated_as_stills_and_films() {
+    let folder = Folder::new("texture-generated");
+    let still =
+        folder.load_text(&scene("texture_generator = \"checkerboard\"\ntexture_stretch = true")).unwrap();
+    assert!(still.animation.is_none());
+    let texture = still.scene.light_texture(&still.scene.lights[0]).unwrap();
+    // Sixteen squares by nine; the lower left one is white.
+    let at = |x: f32, y: f32| texture.at(Vec2::new((x + 0.5) / 16.0, (y + 0.5) / 9.0));
+    assert_eq!(
+        [at(0.0, 0.0), at(1.0, 0.0), at(15.0, 8.0), at(0.0, 3.0)],
+        [Vec3::ONE, Vec3::ZERO, Vec3::ZERO, Vec3::ZERO]
+    );
+    let keys =
+        "texture_generator = \"checkerboard\"\ntexture_frames = 4\ntexture_fps = 2\ntexture_stretch = true";
+    let film = folder.load_text(&scene(keys)).unwrap();
+    assert_eq!(film.scene.light_textures.len(), 4);
+    assert_eq!(film.scene.light_textures[0].texels(), still.scene.light_textures[0].texels());
+    let animation = film.animation.unwrap();
+    let shown = |time| animation.at(&film.scene, time).lights[0].texture.unwrap().index;
+    assert_eq!([0.0, 0.5, 1.5, 2.0].map(shown), [0, 1, 3, 0]);
+    // By half a square a frame: the lower left corner is black after two frames.
+    assert_eq!(film.scene.light_textures[2].at(Vec2::new(0.5 / 16.0, 0.5 / 9.0)), Vec3::ZERO);
+}
+
+#[test]
 fn faults_name_file_and_line() {
     let folder = Folder::new("texture-faults");
     texture(255).save(folder.0.join("screen.png")).unwrap();
@@ -95,6 +120,26 @@ fn faults_name_file_and_line() {
         ("texture_fps = 10", "has no `texture`"),
         ("texture = \"screen.png\"\ntexture_fps = 0", "texture_fps is 0, expected frames a second above 0"),
         ("texture = \"screen.png\"\ntexture_encoding = \"gamma\"", "expected auto, srgb or linear"),
+        (
+            "texture_generator = \"meadow\"",
+            "1.778 times as wide as high, but edge_u is 1.000 times as long as edge_v",
+        ),
+        ("texture_generator = \"snow\"", "texture_generator is `snow`, expected one of checkerboard, meadow"),
+        (
+            "texture = \"screen.png\"\ntexture_generator = \"meadow\"",
+            "has both a texture and a texture_generator",
+        ),
+        ("texture = \"screen.png\"\ntexture_frames = 2", "texture_frames is of a texture_generator"),
+        ("texture_generator = \"meadow\"\ntexture_encoding = \"srgb\"", "texture_encoding is of a file"),
+        (
+            "texture_generator = \"meadow\"\ntexture_frames = 0",
+            "texture_frames is 0, expected a whole number from 1 to 1000",
+        ),
+        (
+            "texture_generator = \"meadow\"\ntexture_frames = 1.5",
+            "texture_frames is 1.5, expected a whole number",
+        ),
+        ("texture_frames = 2", "has no `texture`"),
     ] {
         let error = folder.load_text(&scene(keys)).map(|_| ()).unwrap_err();
         assert!(error.contains(expected), "{keys}: {error}");

@@ -11,7 +11,7 @@ use super::packet::{Packet, RAYS};
 use super::slab::Shaft;
 use super::stack::{STACK, push_sorted};
 use crate::occluder::{Targets, Vector, exact, is_solid};
-use crate::simd::{Kernel, Lanes, Simd};
+use crate::simd::{Isa, Kernel, Lanes, Simd};
 
 /// Bound on the relative error of a ray parameter that was rounded to single precision.
 const ROUNDED: f32 = 1.0 / 4_194_304.0;
@@ -58,6 +58,34 @@ fn farthest<L: Lanes, const N: usize>(t: &[f32; N], count: usize) -> f32 {
         most = most.max(lane);
     }
     most
+}
+
+/// Search for the nearest triangles along up to [`RAYS`] segments.
+struct FirstHits<'a> {
+    bvh: &'a Bvh,
+    mesh: &'a Mesh,
+    origin: Vec3,
+    ends: &'a [Vec3],
+    parts: &'a mut [f32],
+}
+
+impl Kernel for FirstHits<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Self { bvh, mesh, origin, ends, parts } = self;
+        let (mut packet, mut hits) = (Packet::<RAYS>::new(), Hits::<RAYS>::new());
+        let mut stack = [(0, 0.0); STACK];
+        packet.clear(origin);
+        ends.iter().for_each(|end| packet.push(*end - origin));
+        packet.finish::<S>();
+        bvh.closest_hit::<S, RAYS>(&packet, &mut stack, &mut hits);
+        bvh.closer_masked_hit::<S, RAYS>(&packet, mesh, &mut stack, &mut hits);
+        for (part, &t) in parts.iter_mut().zip(&hits.t) {
+            *part = if t < 1.0 { t } else { f32::INFINITY };
+        }
+    }
 }
 
 impl Bvh {
@@ -127,6 +155,15 @@ impl Bvh {
                     }
                 }
             }
+        }
+    }
+
+    /// Finds the nearest triangle that each segment from `origin` to one of `ends` meets, world space, and writes the part of the segment before
+    /// it, 0 to 1, or infinity where there is none. Of alpha-masked triangles, solid points alone are met. The triangles are those of `mesh`, which the BVH
+    /// must be over; a segment without a length meets nothing.
+    pub fn first_hits(&self, mesh: &Mesh, origin: Vec3, ends: &[Vec3], parts: &mut [f32]) {
+        for (ends, parts) in ends.chunks(RAYS).zip(parts.chunks_mut(RAYS)) {
+            Isa::best().run(FirstHits { bvh: self, mesh, origin, ends, parts });
         }
     }
 

@@ -1,11 +1,14 @@
 //! The 3 × 3 refiner of Nichols10: fragments are compared with their neighbours, one level at a time,
 //! coarsest first.
 
+use std::time::Instant;
+
 use halflight_core::fragment::{Fragments, Sample};
 use halflight_core::frame::Frame;
 use halflight_core::mask::{MaskBatch, Purpose};
 use halflight_core::pattern::Pattern;
 use halflight_core::stages::{RefineOutput, Refiner, Visibility};
+use halflight_core::stats::LevelWork;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -111,6 +114,8 @@ pub struct Nichols {
     reused_visible: Vec<u64>,
     /// The four phases of interleaved sampling, as masks.
     phases: [Vec<u64>; 4],
+    /// Work of each level, 0 first.
+    work: Vec<LevelWork>,
 }
 
 impl Nichols {
@@ -310,7 +315,10 @@ impl Refiner for Nichols {
             (self.levels[usize::from(coarsest)].width, self.levels[usize::from(coarsest)].height);
         self.pending
             .extend((0..height).flat_map(|y| (0..width).map(move |x| Pending { x, y, forced: false })));
+        self.work.clear();
+        self.work.resize(self.levels.len(), LevelWork::default());
         for level in (0..=coarsest).rev() {
+            let start = Instant::now();
             self.next.clear();
             self.select(frame, light, level, fragments);
             self.trace(frame, light, level, visibility, fragments);
@@ -319,8 +327,10 @@ impl Refiner for Nichols {
             }
             self.commit(frame, level, fragments);
             std::mem::swap(&mut self.pending, &mut self.next);
+            let ms = start.elapsed().as_secs_f64() * 1e3;
+            self.work[usize::from(level)] = LevelWork { rendered: self.rendered.len() as u64, ms };
         }
-        RefineOutput::default()
+        RefineOutput { levels: &self.work, ..RefineOutput::default() }
     }
 
     fn coarsest_level(&self) -> u8 {

@@ -9,6 +9,7 @@ pub mod format;
 mod measure;
 pub mod paper;
 pub mod pareto;
+pub mod path;
 pub mod scaling;
 pub mod summary;
 pub mod sweep;

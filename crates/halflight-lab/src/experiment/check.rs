@@ -6,7 +6,7 @@ use halflight_cpu::refine::Quality;
 
 use super::constants::parameter;
 use super::plan;
-use super::schema::{Experiment, FlickerChoice};
+use super::schema::{AnimationFrames, Experiment};
 
 /// Returns what is wrong with an experiment, with its key and what would be right.
 pub(super) fn check(experiment: &Experiment) -> Result<(), String> {
@@ -36,12 +36,13 @@ pub(super) fn check(experiment: &Experiment) -> Result<(), String> {
     {
         return Err(format!("equal_error has {target}, expected positive NMSE₂ targets"));
     }
-    if let Some(FlickerChoice { frames, step }) = experiment.flicker {
+    for (table, choice) in [("flicker", experiment.flicker), ("path", experiment.path)] {
+        let Some(AnimationFrames { frames, step }) = choice else { continue };
         if frames < 2 {
-            return Err(format!("flicker.frames is {frames}, expected at least 2"));
+            return Err(format!("{table}.frames is {frames}, expected at least 2"));
         }
         if !(step > 0.0 && step.is_finite()) {
-            return Err(format!("flicker.step is {step}, expected seconds above 0"));
+            return Err(format!("{table}.step is {step}, expected seconds above 0"));
         }
     }
     let empty = |list: &str| Err(format!("{list} is empty, expected at least one entry"));
@@ -81,6 +82,7 @@ pub(super) fn check(experiment: &Experiment) -> Result<(), String> {
         let known = VisibilityConfig::NAMES.join(", ");
         return Err(format!("equal_time is `{name}`, expected a visibility backend: {known}"));
     }
+    plan::specular(experiment)?;
     let rows = plan::rows(experiment)?;
     let good = RefinerConfig::Lattice(Quality::Good.lattice());
     if experiment.front_page && !rows.iter().any(|row| row.config.refiner == good) {

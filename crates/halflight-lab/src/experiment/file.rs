@@ -109,6 +109,8 @@ mod tests {
         ] {
             let frames = with(&format!("flicker = {{ {keys} }}"));
             assert!(frames.contains(expected), "{frames}");
+            let frames = with(&format!("path = {{ {keys} }}"));
+            assert!(frames.contains(&expected.replace("flicker", "path")), "{frames}");
         }
         let count = fault(&SMALL.replace("[4]", "[5000]"));
         assert!(count.contains("5000 light samples"), "{count}");

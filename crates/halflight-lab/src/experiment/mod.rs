@@ -14,4 +14,4 @@ mod schema;
 pub(crate) use constants::refiner_name;
 pub use constants::{parameter, quality};
 pub use paper::{Paper, PaperRow};
-pub use schema::{Axis, Experiment, FlickerChoice, Grid, ReferenceChoice, Scaling, SceneChoice};
+pub use schema::{AnimationFrames, Axis, Experiment, Grid, ReferenceChoice, Scaling, SceneChoice};

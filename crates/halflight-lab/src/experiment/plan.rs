@@ -14,6 +14,7 @@ use serde::Serialize;
 
 use super::constants;
 use super::schema::{Experiment, ReferenceChoice, SceneChoice};
+use crate::phong::{PhongConfig, SpecularPass};
 use crate::reference::ReferenceConfig;
 use crate::rivals::Rival;
 
@@ -137,6 +138,40 @@ pub fn rows(experiment: &Experiment) -> Result<Vec<Row>, String> {
         rows.push(row);
     }
     Ok(rows)
+}
+
+/// Specular pass of an experiment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpecularChoice {
+    /// Constants.
+    pub config: PhongConfig,
+    /// Name of the pass and the constants that the experiment sets.
+    pub label: String,
+}
+
+impl SpecularChoice {
+    /// Returns the name in file names.
+    pub fn slug(&self) -> String {
+        slug(&format!("specular {}", self.label))
+    }
+}
+
+/// Returns all specular passes of an experiment.
+///
+/// # Errors
+/// A pass or constant that is unknown or out of range; a pass that occurs twice.
+pub fn specular(experiment: &Experiment) -> Result<Vec<SpecularChoice>, String> {
+    let mut seen = BTreeSet::new();
+    let choice = |choice: constants::Choice<SpecularPass>| {
+        let SpecularPass::Nichols(config) = choice.stage;
+        config.check()?;
+        let label = format!("{} {}", choice.stage.name(), choice.parameters).trim_end().to_string();
+        if !seen.insert(label.clone()) {
+            return Err(format!("specular: {label} is there already"));
+        }
+        Ok(SpecularChoice { config, label })
+    };
+    constants::expand_all::<SpecularPass>(&experiment.specular)?.into_iter().map(choice).collect()
 }
 
 /// Returns [`settings`] and [`rows`], with the experiment's name in the error.
@@ -324,12 +359,34 @@ mod tests {
         let slugs: BTreeSet<String> = rows.iter().map(Row::slug).collect();
         assert_eq!(slugs.len(), rows.len());
         for (text, words) in [
-            ("name = 'vsm'", "unknown rival `vsm`, expected one of pcss, filtered"),
+            ("name = 'vsm'", "unknown rival `vsm`, expected one of pcss, filtered, unshadowed, coarse-maps"),
             ("name = 'pcss'\nsharpness = 1", "rival `pcss` has no constant `sharpness`"),
             ("name = 'filtered'\npasses = 9", "rivals: filtered with passes = 9: expected 1 to 5"),
         ] {
             experiment.rivals = vec![text.parse().unwrap()];
             let fault = super::rows(&experiment).unwrap_err();
+            assert!(fault.contains(words), "{fault}");
+        }
+    }
+
+    #[test]
+    fn specular_passes_are_swept() {
+        let mut experiment = Experiment::resolve("default").unwrap();
+        let mut with = |text: &str| {
+            experiment.specular = vec![text.parse().unwrap()];
+            specular(&experiment)
+        };
+        let found = with("name = 'nichols'\nvisibility = ['none', 'variance']\nfew = 0").unwrap();
+        let labels: Vec<&str> = found.iter().map(|choice| choice.label.as_str()).collect();
+        assert_eq!(labels, ["nichols few=0;visibility=\"none\"", "nichols few=0;visibility=\"variance\""]);
+        assert_eq!(found[0].slug(), "specular-nichols-few-0-visibility-none-");
+        for (text, words) in [
+            ("name = 'ggx'", "unknown specular pass `ggx`, expected one of nichols"),
+            ("name = 'nichols'\nshininess = 3", "specular pass `nichols` has no constant `shininess`"),
+            ("name = 'nichols'\ngrid = 9", "specular pass with grid = 9: expected 1 to 8"),
+            ("name = 'nichols'\ngrid = [5, 5]", "nichols grid=5 is there already"),
+        ] {
+            let fault = with(text).unwrap_err();
             assert!(fault.contains(words), "{fault}");
         }
     }

@@ -55,13 +55,19 @@ pub struct Experiment {
     /// Axis of charts of growing time with fitted slopes.
     pub scaling: Option<Scaling>,
     /// Frames of the scenes' animations that every row is rendered in as well.
-    pub flicker: Option<FlickerChoice>,
+    pub flicker: Option<AnimationFrames>,
+    /// Frames of the scenes' animations in which the work of each level is recorded for every row whose refiner tells it.
+    pub path: Option<AnimationFrames>,
     /// Scenes.
     #[serde(rename = "scene")]
     pub scenes: Vec<SceneChoice>,
     /// Rivals, like refiners: `name` and constants that differ from the default. A list of values is a sweep.
     #[serde(default)]
     pub rivals: Vec<toml::Table>,
+    /// Specular passes, like refiners: `name` and constants that differ from the default. They are measured by themselves, by what they reflect; scenes need
+    /// glossy surfaces.
+    #[serde(default)]
+    pub specular: Vec<toml::Table>,
     /// Pipelines, each grid a full cross product of its axes.
     #[serde(rename = "grid")]
     pub grids: Vec<Grid>,
@@ -87,10 +93,10 @@ pub struct Scaling {
     pub axis: Axis,
 }
 
-/// Frames of an animation in which flicker is measured.
+/// Frames of an animation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct FlickerChoice {
+pub struct AnimationFrames {
     /// Number of frames, the first at time 0.
     pub frames: u32,
     /// Time from one to the next, seconds.
@@ -209,8 +215,8 @@ impl Experiment {
         }
         self.repetitions = 1;
         self.scenes.iter_mut().for_each(|scene| scene.repetitions = None);
-        if let Some(flicker) = &mut self.flicker {
-            flicker.frames = flicker.frames.min(4);
+        for frames in [&mut self.flicker, &mut self.path].into_iter().flatten() {
+            frames.frames = frames.frames.min(4);
         }
     }
 

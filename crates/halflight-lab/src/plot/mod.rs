@@ -14,6 +14,7 @@ pub mod flicker;
 mod key;
 mod layout;
 mod marks;
+pub mod path;
 pub mod scaling;
 mod shape;
 pub mod sweep;

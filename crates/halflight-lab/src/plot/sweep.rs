@@ -35,6 +35,21 @@ pub fn chart(title: String, rows: &[&Finished], constant: &str) -> Option<Chart>
     Some(Chart::new(title, [constant, y_label], series, ("Error", entries)))
 }
 
+/// Returns a chart of the frame's time against a constant: one colour for each set of other constants. `None` where no two rows of the setting
+/// differ in the constant alone.
+pub fn times(title: String, rows: &[&Finished], constant: &str) -> Option<Chart> {
+    let curves = curves(rows, constant);
+    let line = |(place, curve): (usize, &Curve)| {
+        let mark = Mark::nth(place);
+        let points =
+            curve.points.iter().map(|&(x, row)| Point::new(x, row.record.total_ms, row.label.clone()));
+        (Series::line(mark, points), (mark, curve.name.clone()))
+    };
+    let (series, entries): (Vec<_>, Vec<_>) = curves.iter().enumerate().map(line).unzip();
+    let labels = [constant, "time of the frame, ms"];
+    (!series.is_empty()).then(|| Chart::new(title, labels, series, ("Time", entries)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::Drawing as _;
@@ -62,6 +77,11 @@ mod tests {
         assert_eq!(places(&chart)[2], [32.0, 256.0]);
         assert!(chart.svg().unwrap().contains("off by &gt; 0.1, voxel"));
         assert!(chart_of(&rows[..1]).is_none());
+        let times =
+            |rows: &[Finished]| times("t".to_string(), &rows.iter().collect::<Vec<_>>(), "resolution");
+        let found = times(&rows).unwrap();
+        assert_eq!(found.series[0].points.iter().map(|point| point.y).collect::<Vec<_>>(), [1.0; 3]);
+        assert!(times(&rows[..1]).is_none());
         // With another bias it is another curve, which one point does not make.
         rows[2].record.parameters.push_str(";bias=2");
         assert_eq!(places(&chart_of(&rows).unwrap())[0], [32.0, 256.0]);

@@ -8,15 +8,16 @@ use itertools::iproduct;
 
 use super::figure::{Figure, Place};
 use super::page::report;
-use crate::analysis::{Measure, equal_error, equal_time, flicker, paper, scaling};
+use crate::analysis::{Measure, equal_error, equal_time, flicker, paper, path, scaling};
 use crate::experiment::plan::{scene_label, slug};
-use crate::experiment::{Experiment, FlickerChoice, Scaling};
+use crate::experiment::{AnimationFrames, Experiment, Scaling};
 use crate::plot::errors::{self, Against};
+use crate::plot::path::Quantity;
 use crate::plot::{self, Drawing};
 use crate::results::record::write_csv;
-use crate::results::{Finished, Outcome};
+use crate::results::{Finished, Outcome, specular};
 
-/// Writes `results.csv`, the tables that the experiment asks for (`paper.csv`, `equal-time.csv`, `summary.csv`, `slopes.csv`), the charts
+/// Writes `results.csv`, the tables that the experiment asks for (`paper.csv`, `equal-time.csv`, `summary.csv`, `slopes.csv`, `flicker.csv`, `path.csv`, `specular.csv`), the charts
 /// and `report.html`, which names the `command` that made it.
 ///
 /// # Errors
@@ -41,6 +42,12 @@ pub fn write(experiment: &Experiment, outcome: &Outcome, out: &Path, command: &s
     }
     if experiment.flicker.is_some() {
         flicker::table(&outcome.rows).write_csv(&out.join("flicker.csv"))?;
+    }
+    if experiment.path.is_some() {
+        path::table(&outcome.rows).write_csv(&out.join("path.csv"))?;
+    }
+    if !outcome.specular.is_empty() {
+        specular::table(&outcome.specular).write_csv(&out.join("specular.csv"))?;
     }
     let figures = charts(experiment, outcome, out)?;
     let html = report(experiment, outcome, &figures, command)?;
@@ -94,7 +101,21 @@ fn charts(experiment: &Experiment, outcome: &Outcome, out: &Path) -> Result<Vec<
         {
             charts.draw(format!("{}-{}", setting.slug, slug(constant)), &chart, here.clone())?;
         }
-        if let Some(FlickerChoice { frames, step }) = experiment.flicker {
+        if let Some(constant) = &experiment.sweep
+            && let Some(chart) =
+                plot::sweep::times(format!("{name}: time against {constant}"), &rows, constant)
+        {
+            charts.draw(format!("{}-{}-time", setting.slug, slug(constant)), &chart, here.clone())?;
+        }
+        for (quantity, words, file) in [
+            (Quantity::Share, "rendered fragments along the animation", "path-fragments"),
+            (Quantity::Time, "time of each level along the animation", "path-time"),
+        ] {
+            if let Some(chart) = plot::path::chart(format!("{name}: {words}"), &rows, quantity) {
+                charts.draw(format!("{}-{file}", setting.slug), &chart, here.clone())?;
+            }
+        }
+        if let Some(AnimationFrames { frames, step }) = experiment.flicker {
             let title = format!("{name}: flicker over {frames} frames, {:.1} ms apart", step * 1e3);
             charts.draw(format!("{}-flicker", setting.slug), &plot::flicker::bars(title, &rows), here)?;
         }

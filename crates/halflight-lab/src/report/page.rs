@@ -10,7 +10,7 @@ use super::figure::{Figure, Place, charts};
 use super::front::front;
 use super::html::{page, table};
 use crate::analysis::format::integer;
-use crate::analysis::{equal_error, equal_time, paper, scaling, summary};
+use crate::analysis::{equal_error, equal_time, paper, path, scaling, summary};
 use crate::experiment::plan::Setting;
 use crate::experiment::{Experiment, Scaling};
 use crate::results::record::NOISE_MARGIN;
@@ -47,6 +47,7 @@ pub(super) fn report(
         @for setting in &outcome.settings {
             @let rows = outcome.rows_of(setting);
             @if !rows.is_empty() { (section(experiment, setting, &rows, figures)) }
+            (specular(outcome, setting))
         }
         script { (PreEscaped(format!("\nconst SETTINGS = {data};\n{SCRIPT}"))) }
     };
@@ -81,6 +82,17 @@ fn tables(experiment: &Experiment, outcome: &Outcome) -> Markup {
         );
         found.push(("Growth", words, scaling::table(&lines, axis), "slopes.csv"));
     }
+    if experiment.path.is_some() {
+        let words = "Fragments whose visibility was asked for and time of each level, with that visibility, in frames along the animation.";
+        found.push(("Work along the animation", words.to_string(), path::table(&outcome.rows), "path.csv"));
+    }
+    if !outcome.specular.is_empty() {
+        let words = "Specular passes by themselves: pixels of glossy surfaces once for each light, pixels in discarded fragments, gathered fragments by level from \
+                     single pixels on, lobes that were sampled by a grid; errors of the reflected radiance against converged lobes, of which those without \
+                     occluders are for passes that know none.";
+        let lines = results::specular::table(&outcome.specular);
+        found.push(("Specular passes", words.to_string(), lines, "specular.csv"));
+    }
     html! {
         @for (title, words, lines, file) in &found {
             h2 { (title) }
@@ -88,6 +100,26 @@ fn tables(experiment: &Experiment, outcome: &Outcome) -> Markup {
             @if !lines.lines.is_empty() {
                 (table(lines, None))
                 p { "The same as " a href=(file) { (file) } "." }
+            }
+        }
+    }
+}
+
+/// Returns the pictures of a setting's specular passes, each with the map of its fragments.
+fn specular(outcome: &Outcome, setting: &Setting) -> Markup {
+    let rows: Vec<_> = outcome.specular.iter().filter(|row| row.setting == setting.slug).collect();
+    let folder = format!("pictures/{}", setting.slug);
+    html! {
+        @if !rows.is_empty() {
+            h2 { (setting.label) ": what is reflected specularly" }
+            p { "Converged lobes with exact visibility, then the passes, each with its fragments. Dark red: discarded; grey: matte." }
+            div.charts {
+                figure { img src={ (folder) "/specular-reference.png" } alt="converged" loading="lazy"; figcaption { "converged" } }
+                @for row in rows {
+                    @for (file, words) in row.pictures().iter().zip(["", ": fragments"]) {
+                        figure { img src={ (folder) "/" (file) } alt=(row.label) loading="lazy"; figcaption { (row.label) (words) } }
+                    }
+                }
             }
         }
     }
@@ -168,6 +200,7 @@ mod tests {
                 finished("nichols", "delaunay", 12.0, 3e-4),
                 finished("sfvt-gass", "rbf-fixed", 20.0, 2e-4),
             ],
+            specular: Vec::new(),
             provenance: Provenance {
                 commit: "abc1234-dirty".to_string(),
                 machine: "a processor, 2 cores, linux".to_string(),

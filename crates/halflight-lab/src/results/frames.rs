@@ -1,5 +1,6 @@
-//! Errors of a row along an animation, frame by frame.
+//! Errors and work of a row along an animation, frame by frame.
 
+use halflight_core::stats::LevelWork;
 use halflight_metrics::Flicker;
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +15,26 @@ pub struct FrameError {
     pub flicker: Option<Flicker>,
     /// Mean flicker that the noise of the reference makes, at most: its samples are the same in all frames.
     pub noise: f64,
+}
+
+/// Work of a row in one frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrameWork {
+    /// Time in the animation, seconds.
+    pub time_s: f64,
+    /// Work of each level, 0 first; times are medians. Empty where the refiner does not tell it.
+    pub levels: Vec<LevelWork>,
+    /// Time of the whole frame, the median, ms.
+    pub total_ms: f64,
+}
+
+/// Measurements of a row along an animation; empty where the experiment does not ask for them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Along {
+    /// Errors of each frame.
+    pub errors: Vec<FrameError>,
+    /// Work of each frame.
+    pub work: Vec<FrameWork>,
 }
 
 /// Means over all frames of a row.

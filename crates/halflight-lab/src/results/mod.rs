@@ -5,11 +5,13 @@ mod outcome;
 mod pictures;
 mod provenance;
 pub mod record;
+pub mod specular;
 pub mod table;
 
-pub use frames::{FrameError, Means};
+pub use frames::{Along, FrameError, FrameWork, Means};
 pub use outcome::Outcome;
 pub use pictures::{PictureKind, WINDOW, pictures};
 pub use provenance::{Provenance, hash};
 pub use record::{Finished, PaperError, Record};
+pub use specular::SpecularRow;
 pub use table::{Line, Table};

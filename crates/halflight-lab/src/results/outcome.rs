@@ -4,6 +4,7 @@ use itertools::Itertools as _;
 
 use super::provenance::Provenance;
 use super::record::Finished;
+use super::specular::SpecularRow;
 use crate::experiment::plan::Setting;
 
 /// All rows of an experiment, as far as they are finished.
@@ -13,6 +14,8 @@ pub struct Outcome {
     pub settings: Vec<Setting>,
     /// Finished rows in the order of the plan, setting by setting.
     pub rows: Vec<Finished>,
+    /// Rows of specular passes, known when all others are.
+    pub specular: Vec<SpecularRow>,
     /// Program and machine that made all rows.
     pub provenance: Provenance,
 }
@@ -40,7 +43,8 @@ mod tests {
     fn names_are_short_where_that_is_clear() {
         let names = |experiment: &str| {
             let settings = plan::settings(&Experiment::resolve(experiment).unwrap());
-            let outcome = Outcome { settings, rows: Vec::new(), provenance: Provenance::default() };
+            let (rows, specular, provenance) = (Vec::new(), Vec::new(), Provenance::default());
+            let outcome = Outcome { settings, rows, specular, provenance };
             outcome.names().into_iter().map(str::to_string).collect_vec()
         };
         assert_eq!(names("default"), ["atrium", "nave", "hairball"]);

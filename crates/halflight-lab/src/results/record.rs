@@ -6,7 +6,7 @@ use anyhow::Result;
 use halflight_core::fragment::LEVELS;
 use serde::{Deserialize, Serialize};
 
-use super::frames::FrameError;
+use super::frames::{FrameError, FrameWork};
 
 /// Factor by which a reference's own error must lie below an error measured against it.
 pub const NOISE_MARGIN: f64 = 16.0;
@@ -204,6 +204,9 @@ pub struct Finished {
     /// Frames along the scene's animation, where the experiment asks for them.
     #[serde(default)]
     pub frames: Vec<FrameError>,
+    /// Work along the scene's animation, where the experiment asks for it.
+    #[serde(default)]
+    pub path: Vec<FrameWork>,
     /// Line of `results.csv`.
     pub record: Record,
 }
@@ -268,6 +271,7 @@ pub(crate) mod tests {
             per_level: [3; LEVELS],
             worst: [8, 4],
             frames: Vec::new(),
+            path: Vec::new(),
             record: Record {
                 experiment: "made-up".to_string(),
                 scene: "hall".to_string(),

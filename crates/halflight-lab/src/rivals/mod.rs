@@ -4,26 +4,33 @@
 //! | --- | --- | --- |
 //! | `pcss` | percentage-closer soft shadows from a shadow map at the light's centre | Fernando 2005 |
 //! | `filtered` | few light samples a pixel and an edge-aware filter guided by variance, without history | Schied 2017 |
+//! | `coarse-maps` | a coarse shadow map from each light sample | Nichols10, Fig. 8; Ritschel 2008 |
+//! | `unshadowed` | multiresolution gather without visibility | Nichols10, §3.2 |
 //!
-//! Both are stages of the pipeline, so that surfaces, unshadowed irradiance and clocks are those of all other rows.
+//! All are stages of the pipeline, so that surfaces, unshadowed irradiance and clocks are those of all other rows.
 
 use halflight_core::frame::{LightSampling, Sharing};
 use std::ops::RangeInclusive;
 
-use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
+use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
 use halflight_cpu::irradiance::Shading;
 use halflight_cpu::pipeline::PipelineBuilder;
 use halflight_cpu::prepared::PreparedScene;
+use halflight_cpu::upsample::BilinearConfig;
 use serde::{Deserialize, Serialize};
 
+mod coarse_maps;
 mod pcss;
 mod shadow_map;
 mod svgf;
 #[cfg(test)]
 mod tests;
+mod unshadowed;
 
+pub use coarse_maps::CoarseMapsConfig;
 pub use pcss::PcssConfig;
 pub use svgf::SvgfConfig;
+pub use unshadowed::UnshadowedConfig;
 
 /// Largest number of samples: that of a mask.
 const MAX_SAMPLES: u32 = 4096;
@@ -36,17 +43,23 @@ pub enum Rival {
     Pcss(PcssConfig),
     /// Few light samples, filtered.
     Filtered(SvgfConfig),
+    /// A coarse shadow map from each light sample.
+    CoarseMaps(CoarseMapsConfig),
+    /// Multiresolution gather without visibility.
+    Unshadowed(UnshadowedConfig),
 }
 
 impl Named for Rival {
     const STAGE: &str = "rival";
-    const NAMES: &[&str] = &["pcss", "filtered"];
-    const OLD_NAMES: &[&[&str]] = &[&[], &[]];
+    const NAMES: &[&str] = &["pcss", "filtered", "unshadowed", "coarse-maps"];
+    const OLD_NAMES: &[&[&str]] = &[&[], &[], &[], &[]];
 
     fn named(name: &str) -> Option<Self> {
         match name {
             "pcss" => Some(Self::Pcss(PcssConfig::default())),
             "filtered" => Some(Self::Filtered(SvgfConfig::default())),
+            "coarse-maps" => Some(Self::CoarseMaps(CoarseMapsConfig::default())),
+            "unshadowed" => Some(Self::Unshadowed(UnshadowedConfig::default())),
             _ => None,
         }
     }
@@ -55,15 +68,17 @@ impl Named for Rival {
         match self {
             Self::Pcss(_) => "pcss",
             Self::Filtered(_) => "filtered",
+            Self::CoarseMaps(_) => "coarse-maps",
+            Self::Unshadowed(_) => "unshadowed",
         }
     }
 }
 
 impl Rival {
     /// Names of the rivals' visibility, in tables.
-    pub const VISIBILITIES: [&str; 2] = ["shadow-map", "bvh"];
+    pub const VISIBILITIES: [&str; 4] = ["shadow-map", "bvh", "none", "shadow-maps"];
     /// Names of the rivals' filters, which take the place of upsamplers in tables.
-    pub const UPSAMPLERS: [&str; 2] = ["pcf", "svgf"];
+    pub const UPSAMPLERS: [&str; 4] = ["pcf", "svgf", "bilinear", "none"];
 
     /// Checks the constants.
     ///
@@ -93,6 +108,14 @@ impl Rival {
                     format!("filtered with luminance = {}: expected more than 0", svgf.luminance)
                 })
             }
+            Self::CoarseMaps(maps) => {
+                within("resolution", maps.resolution, 8..=1024)?;
+                within("samples", maps.samples, 1..=MAX_SAMPLES)?;
+                (maps.bias >= 0.0 && maps.bias.is_finite())
+                    .then_some(())
+                    .ok_or_else(|| format!("coarse-maps with bias = {}: expected 0 or more", maps.bias))
+            }
+            Self::Unshadowed(unshadowed) => within("samples", unshadowed.samples, 1..=MAX_SAMPLES),
         }
     }
 
@@ -101,6 +124,8 @@ impl Rival {
         let place = match self {
             Self::Pcss(_) => 0,
             Self::Filtered(_) => 1,
+            Self::Unshadowed(_) => 2,
+            Self::CoarseMaps(_) => 3,
         };
         [self.name(), Self::VISIBILITIES[place], Self::UPSAMPLERS[place]]
     }
@@ -108,18 +133,25 @@ impl Rival {
     /// Returns the configuration of a pipeline that the rival's stages are put into: size, samples and seed hold, its own
     /// stages do not.
     pub fn config(&self, [width, height]: [u32; 2], seed: u32) -> PipelineConfig {
-        let count = match self {
-            Self::Pcss(config) => config.samples,
-            Self::Filtered(config) => config.samples,
+        // Those of Nichols10 gather irradiance from light samples that all receivers share, as published.
+        let (count, shading, sharing) = match self {
+            Self::Pcss(config) => (config.samples, Shading::Ratio, Sharing::Receiver),
+            Self::Filtered(config) => (config.samples, Shading::Ratio, Sharing::Receiver),
+            Self::CoarseMaps(config) => (config.samples, Shading::Sampled, Sharing::Frame),
+            Self::Unshadowed(config) => (config.samples, Shading::Sampled, Sharing::Frame),
+        };
+        let refiner = match self {
+            Self::Unshadowed(config) => RefinerConfig::Nichols(config.refiner()),
+            _ => RefinerConfig::PerPixel,
         };
         PipelineConfig {
             width,
             height,
-            refiner: RefinerConfig::PerPixel,
+            refiner,
             visibility: VisibilityConfig::Bvh,
-            upsampler: RefinerConfig::PerPixel.upsampler(),
-            shading: Shading::Ratio,
-            sampling: LightSampling { count, sharing: Sharing::Receiver, ..LightSampling::default() },
+            upsampler: UpsamplerConfig::Bilinear(BilinearConfig::default()),
+            shading,
+            sampling: LightSampling { count, sharing, ..LightSampling::default() },
             antialias: 1,
             seed,
         }
@@ -131,6 +163,8 @@ impl Rival {
         match self {
             Self::Pcss(pcss) => pcss::stages(*pcss, builder, scene.bvh()),
             Self::Filtered(svgf) => builder.upsampler(svgf::Svgf::new(*svgf)),
+            Self::CoarseMaps(maps) => builder.visibility(coarse_maps::CoarseMaps::new(*maps, scene.bvh())),
+            Self::Unshadowed(_) => builder.visibility(unshadowed::Open),
         }
     }
 
@@ -139,6 +173,8 @@ impl Rival {
         match self {
             Self::Pcss(pcss) => pcss.bytes_needed(),
             Self::Filtered(_) => svgf::bytes_needed(config.width, config.height),
+            Self::CoarseMaps(maps) => maps.bytes_needed(),
+            Self::Unshadowed(_) => 0,
         }
     }
 }

@@ -66,6 +66,51 @@ fn pcss_has_the_penumbra_of_a_straight_edge() {
 }
 
 #[test]
+fn coarse_maps_have_the_penumbra_of_a_straight_edge() {
+    let scene = scene("half-plane");
+    let rendered = |resolution| {
+        let maps = CoarseMapsConfig { resolution, samples: 256, ..CoarseMapsConfig::default() };
+        rendered(Rival::CoarseMaps(maps), &scene, 2).visibility
+    };
+    let seen = seen(&scene, SIZE);
+    let error = |found: &[f32]| {
+        let (mut sum, mut count) = (0.0, 0);
+        for pixel in (0..seen.pixels()).filter(|&pixel| seen.is_receiver(pixel)) {
+            let point = seen.position[pixel];
+            if point.y.abs() > 1e-3 || point.x.abs() > 1.0 || point.z.abs() > 1.0 {
+                continue;
+            }
+            sum += (found[pixel] - 0.5 * (1.0 + point.x)).abs();
+            count += 1;
+        }
+        assert!(count > 500, "{count}");
+        sum / count as f32
+    };
+    let (coarse, fine) = (error(&rendered(64)), error(&rendered(512)));
+    // Samples are strata of 16 × 16. A texel of 64 is 0.06 of a distance of 4 m, and its shadow is off by half of that, a few percent of a penumbra 2 m wide; analytic
+    // fractions leave out cosines and distances, which bend the ramp by as much.
+    assert!(fine < 0.03 && coarse < 0.06 && fine < coarse, "{fine} {coarse}");
+}
+
+#[test]
+fn coarse_maps_and_unshadowed_are_right_in_the_open() {
+    for scene in [scene("open-floor"), scene("nave")] {
+        let fine = UnshadowedConfig { coarsest_level: 1, ..UnshadowedConfig::default() };
+        let open = rendered(Rival::Unshadowed(fine), &scene, 2);
+        // Irradiance by 256 samples and between fragments of 2 × 2 pixels, over that in closed form, where there is any.
+        let lit: Vec<f32> = open.visibility.iter().copied().filter(|&part| part > 0.0).collect();
+        let off = lit.iter().filter(|part| (**part - 1.0).abs() > 0.1).count();
+        assert!(lit.len() > 5000 && off * 10 < lit.len(), "{off} of {}", lit.len());
+        assert_eq!(open.stats.levels.len(), 2);
+    }
+    let scene = scene("open-floor");
+    let maps = Rival::CoarseMaps(CoarseMapsConfig { samples: 64, ..CoarseMapsConfig::default() });
+    let found = rendered(maps, &scene, 2);
+    let mut exact = maps.config(SIZE, 0).builder(&scene).threads(2).build().unwrap();
+    assert_eq!(found.irradiance, exact.render().unwrap().irradiance);
+}
+
+#[test]
 fn pcss_of_a_tiny_light_is_a_hard_shadow() {
     let contact = scene("contact");
     let lights = contact.scene().lights.iter().map(|light| light.scaled(1e-4)).collect();

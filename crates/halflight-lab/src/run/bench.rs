@@ -20,7 +20,7 @@ use super::window;
 use crate::experiment::Experiment;
 use crate::experiment::plan::{Row, Setting};
 use crate::reference::voxel_errors::{Failures, failures};
-use crate::results::{Finished, FrameError, PaperError, PictureKind, Provenance};
+use crate::results::{Along, Finished, PaperError, PictureKind, Provenance};
 
 /// Bytes up to which pipelines are held together, and so timed in turn; half of what can be had where that is less.
 const GROUP_BYTES: u64 = 3 << 30;
@@ -30,7 +30,7 @@ struct Running<'a> {
     row: &'a Row,
     machine: Machine,
     times: Vec<FrameStats>,
-    frames: &'a [FrameError],
+    along: &'a Along,
 }
 
 /// Rows of one setting, side by side.
@@ -45,20 +45,15 @@ pub(super) struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    pub(super) fn run(
-        &self,
-        rows: &[(&Row, Vec<FrameError>)],
-        state: &mut State,
-        progress: &Progress,
-    ) -> Result<()> {
+    pub(super) fn run(&self, rows: &[(&Row, Along)], state: &mut State, progress: &Progress) -> Result<()> {
         let mut left = rows.iter();
         loop {
             let most = memory::available().map_or(GROUP_BYTES, |bytes| GROUP_BYTES.min(bytes / 2));
             let mut group: Vec<Running> = Vec::new();
             let mut bytes = 0;
-            for (row, frames) in left.by_ref() {
+            for (row, along) in left.by_ref() {
                 progress.now(format!("{}: warming {}", self.setting.label, row.label()));
-                let Some(running) = self.warm(row, frames)? else {
+                let Some(running) = self.warm(row, along)? else {
                     progress.say(&format!("{}: {} has no such stages", row.label(), self.device.name()));
                     progress.advance(1);
                     continue;
@@ -101,12 +96,12 @@ impl Bench<'_> {
     }
 
     /// Builds a pipeline and renders the frame that is not timed.
-    fn warm<'r>(&self, row: &'r Row, frames: &'r [FrameError]) -> Result<Option<Running<'r>>> {
+    fn warm<'r>(&self, row: &'r Row, along: &'r Along) -> Result<Option<Running<'r>>> {
         let Some(mut machine) = self.device.machine(row, &self.truth.scene)? else {
             return Ok(None);
         };
         machine.render(row)?;
-        Ok(Some(Running { row, machine, times: Vec::new(), frames }))
+        Ok(Some(Running { row, machine, times: Vec::new(), along }))
     }
 
     fn measure(&self, running: &Running) -> Result<Finished> {
@@ -131,7 +126,7 @@ impl Bench<'_> {
             times: timing::medians(&running.times),
             errors,
             failures: failures.as_ref(),
-            frames: running.frames,
+            frames: &running.along.errors,
             reference: &self.truth.reference,
             provenance: self.provenance,
         };
@@ -144,7 +139,8 @@ impl Bench<'_> {
             paper,
             per_level: stats.fragments.per_level,
             worst: [0, 0],
-            frames: running.frames.to_vec(),
+            frames: running.along.errors.clone(),
+            path: running.along.work.clone(),
             record: measured.record(),
         };
         finished.worst = self.write_pictures(running, &finished)?;

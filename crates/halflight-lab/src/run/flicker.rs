@@ -10,7 +10,7 @@ use super::loaded::Loaded;
 use super::progress::Progress;
 use super::truth::check_light;
 use crate::experiment::plan::{Row, Setting};
-use crate::experiment::{Experiment, FlickerChoice};
+use crate::experiment::{AnimationFrames, Experiment};
 use crate::reference::{ReferenceConfig, receivers, reference, seen};
 use crate::results::FrameError;
 
@@ -26,7 +26,7 @@ struct Before {
 /// everything anew in each frame and has the same light samples in all of them.
 pub(super) fn measure(
     experiment: &Experiment,
-    choice: &FlickerChoice,
+    choice: &AnimationFrames,
     references: &Path,
     setting: &Setting,
     loaded: &Loaded,

@@ -8,14 +8,14 @@ use halflight_metrics::write_png;
 
 use super::bench::Bench;
 use super::device::Device;
-use super::flicker;
 use super::loaded::Loaded;
 use super::progress::Progress;
 use super::state::{Header, State};
 use super::truth::Truth;
+use super::{flicker, path, specular};
 use crate::experiment::Experiment;
 use crate::experiment::plan::{self, Row, Setting};
-use crate::results::{FrameError, Outcome, Provenance, pictures};
+use crate::results::{Along, Outcome, Provenance, pictures};
 
 /// Folders of an experiment's files.
 #[derive(Clone, Debug)]
@@ -90,15 +90,34 @@ pub fn run(
             }
             None => vec![Vec::new(); left.len()],
         };
-        let left: Vec<(&Row, Vec<FrameError>)> = left.into_iter().zip(frames).collect();
+        let work = match &experiment.path {
+            Some(choice) => path::measure(experiment, choice, setting, &scene, &left, &progress)?,
+            None => vec![Vec::new(); left.len()],
+        };
+        let along = frames.into_iter().zip(work).map(|(errors, work)| Along { errors, work });
+        let left: Vec<(&Row, Along)> = left.into_iter().zip(along).collect();
         let bench =
             Bench { experiment, device, provenance, setting, scene: &scene, truth: &truth, folder: &folder };
         bench.run(&left, &mut state, &progress)?;
         loaded = Some((setting.scene, scene));
         each(&outcome(&settings, &rows, &state, provenance))?;
     }
+    let mut passes = Vec::new();
+    if !plan::specular(experiment).map_err(|message| anyhow!("{}: {message}", experiment.name))?.is_empty() {
+        for setting in &settings {
+            let scene = Loaded::new(&experiment.scenes[setting.scene], &progress)?;
+            passes.extend(specular::measure(
+                experiment,
+                &places.out,
+                setting,
+                &scene,
+                provenance,
+                &progress,
+            )?);
+        }
+    }
     progress.finish();
-    let outcome = outcome(&settings, &rows, &state, provenance);
+    let outcome = Outcome { specular: passes, ..outcome(&settings, &rows, &state, provenance) };
     each(&outcome)?;
     Ok(outcome)
 }
@@ -114,7 +133,12 @@ fn check_memory<'a>(setting: &Setting, rows: impl Iterator<Item = &'a Row>) -> R
 fn outcome(settings: &[Setting], rows: &[Row], state: &State, provenance: &Provenance) -> Outcome {
     let pairs = settings.iter().flat_map(|setting| rows.iter().map(move |row| (setting, row)));
     let finished = pairs.filter_map(|(setting, row)| state.row(&setting.slug, &row.slug()).cloned());
-    Outcome { settings: settings.to_vec(), rows: finished.collect(), provenance: provenance.clone() }
+    Outcome {
+        settings: settings.to_vec(),
+        rows: finished.collect(),
+        specular: Vec::new(),
+        provenance: provenance.clone(),
+    }
 }
 
 #[cfg(test)]

@@ -16,6 +16,8 @@
 //! | `church` | village church from outside with graves and a fence, 240 k triangles | `detail` 1: tiles and divisions along a line |
 //! | `furnished` | a small furnished scene, up to 40 k triangles on a floor | `kind` "objects": or `table`, `bookcase`, `chairs`, `stairs`, `plants`, `corner`, `wires`, `conference`; `walls` 0: 1 to 4 of the back, the sides and a ceiling; `seed` 1 |
 //! | `garden` | shrubs of alpha-masked leaves before a wall, 3 k triangles, 4 m wide | `leaves` 1200: of all shrubs; `seed` 1 |
+//! | `gallery` | hall with a polished floor, sculptures and pendant lamps' shades, 32 k triangles, 14 × 6 × 4.4 m along x | none |
+//! | `living-room` | furnished room before a screen's place on its wall, 21 k triangles, 6 × 5 × 2.6 m | `seed` 1: of books and leaves |
 //! | `open-floor` | a square floor | `size` 20: metres across; `cells` 8: quads across |
 //! | `half-plane` | the floor, and a sheet above x < 0 | floor's; `height` 2; `extent` 100 |
 //! | `contact` | the floor, and a box on it | floor's; `width` 1; `height` 1; `depth` 1 |
@@ -30,13 +32,16 @@ mod coaster;
 mod columns;
 mod furnished;
 mod furniture;
+mod gallery;
 mod garden;
 mod hairball;
+mod living_room;
 mod nave;
 mod parameters;
 mod plain;
 mod random;
 mod roofs;
+pub(crate) mod screen;
 mod shapes;
 mod soup;
 #[cfg(test)]
@@ -89,15 +94,17 @@ pub enum GenerateError {
 
 type Generator = fn(&mut Parameters) -> Result<Mesh, GenerateError>;
 
-const NAMES: [&str; 15] = [
+const NAMES: [&str; 17] = [
     "atrium",
     "church",
     "coaster",
     "contact",
     "furnished",
+    "gallery",
     "garden",
     "hairball",
     "half-plane",
+    "living-room",
     "nave",
     "open-floor",
     "railing",
@@ -114,9 +121,11 @@ const GENERATORS: [Generator; NAMES.len()] = [
     coaster::coaster,
     plain::contact,
     furnished::furnished,
+    gallery::gallery,
     garden::garden,
     hairball::hairball,
     plain::half_plane,
+    living_room::living_room,
     nave::nave,
     plain::open_floor,
     plain::railing,

@@ -8,6 +8,7 @@ use halflight_core::scene::Scene;
 use super::meshes::{Numbers, answer, ask, hall, lamp, patterns, scene, soup};
 use crate::brute_force::BruteForce;
 use crate::bvh::Bvh;
+use crate::occluder::exact;
 use crate::rays::BvhRays;
 use crate::simd::Isa;
 
@@ -72,6 +73,36 @@ fn soup_of_large_and_of_small_triangles() {
         // Both outcomes must be common, or the comparison has no power.
         assert!(seen > rays / 50 && seen < rays - rays / 50, "{seen} of {rays}");
     }
+}
+
+#[test]
+fn first_hits_are_those_of_an_exact_search() {
+    let scene = scene(&soup(300, 0.5), lamp(Vec3::new(0.1, 1.5, 0.0), 1.0));
+    let bvh = Bvh::build(&scene.mesh).unwrap();
+    let mut numbers = Numbers(5);
+    let (mut met, mut missed) = (0, 0);
+    for _ in 0..20 {
+        // More than one packet.
+        let (origin, ends) = (numbers.point(), (0..70).map(|_| numbers.point() * 0.8).collect::<Vec<_>>());
+        let mut parts = vec![0.0; ends.len()];
+        bvh.first_hits(&scene.mesh, origin, &ends, &mut parts);
+        for (&end, &part) in ends.iter().zip(&parts) {
+            let ray = exact::Ray { origin, d: end - origin };
+            let corners = (0..scene.mesh.triangle_count()).map(|index| scene.mesh.corners(index));
+            let hits =
+                corners.filter(|&corners| ray.meets(corners)).map(|corners| ray.parameter(corners) as f32);
+            let expected = hits.fold(f32::INFINITY, f32::min);
+            if expected < 1.0 {
+                // Parameters of vectors are rounded to single precision, a few units in the last place.
+                assert!((part / expected - 1.0).abs() < 1e-5, "{part} {expected}");
+                met += 1;
+            } else {
+                assert_eq!(part, f32::INFINITY, "{expected}");
+                missed += 1;
+            }
+        }
+    }
+    assert!(met > 200 && missed > 200, "{met} {missed}");
 }
 
 #[test]

@@ -454,6 +454,7 @@ impl Refiner for Lattice {
             fractions: &self.fractions,
             colours: &self.colours,
             certified: self.certificate_counts,
+            levels: &[],
         }
     }
 
