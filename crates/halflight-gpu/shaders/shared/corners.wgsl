@@ -36,7 +36,7 @@ fn apart(a: vec2<u32>, b: vec2<u32>) -> u32 {
 }
 
 // Bilinear weights of the corners at a pixel; extrapolated where the pixel does not lie between them.
-fn corner_weights(corners: Corners, at: vec2<u32>) -> vec4<f32> {
+fn bilinear_weights(corners: Corners, at: vec2<u32>) -> vec4<f32> {
     let size = vec2<f32>(max(corners.last - corners.first, vec2(1u)));
     let place = (vec2<f32>(at) - vec2<f32>(corners.first)) * (1.0 / size);
     let rest = 1.0 - place;
@@ -46,7 +46,7 @@ fn corner_weights(corners: Corners, at: vec2<u32>) -> vec4<f32> {
 // Value at a pixel: bilinear between the corners that no surface discontinuity separates from it and whose
 // value is defined (not negative).
 fn interpolated(corners: Corners, values: vec4<f32>, at: vec2<u32>) -> Maybe {
-    let weights = corner_weights(corners, at);
+    let weights = bilinear_weights(corners, at);
     let pixel = pixel_of(at);
     var sum = 0.0;
     var total = 0.0;

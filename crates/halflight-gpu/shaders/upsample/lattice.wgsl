@@ -30,7 +30,7 @@ fn value_at(at: vec2<u32>, owner: Owner) -> f32 {
     }
     if same {
         // All on one triangle: the most common case of values that vary.
-        let weights = corner_weights(corners, at);
+        let weights = bilinear_weights(corners, at);
         let sum = weights.x * values.x + weights.y * values.y;
         return clamp(sum + weights.z * values.z + weights.w * values.w, low, high);
     }
