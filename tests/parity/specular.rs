@@ -34,7 +34,13 @@ fn lights() -> Vec<(&'static str, Vec<AreaLight>)> {
     let pentagon = AreaLight::polygon(&corners, Vec3::splat(9.0)).unwrap();
     // Across the horizon of the floor.
     let disk = AreaLight::disk(Vec3::new(-2.0, 0.2, 0.3), Vec3::X, 0.5, Vec3::new(20.0, 18.0, 12.0));
-    vec![("lamp", vec![lamp]), ("pentagon", vec![pentagon.two_sided()]), ("disk and lamp", vec![disk, lamp])]
+    let sphere = AreaLight::sphere(Vec3::new(-1.4, 0.5, 0.9), 0.3, Vec3::splat(20.0));
+    vec![
+        ("lamp", vec![lamp]),
+        ("sphere", vec![sphere]),
+        ("pentagon", vec![pentagon.two_sided()]),
+        ("disk and lamp", vec![disk, lamp]),
+    ]
 }
 
 fn specular(bench: &Bench, twins: &Twins) -> Vec<[f32; 4]> {
@@ -93,7 +99,7 @@ fn every_refiner_tells_what_it_knows() {
         let refiner = RefinerConfig::named(refiner).unwrap();
         let config =
             PipelineConfig { refiner, upsampler: refiner.upsampler(), ..per_pixel(96, 72, Shading::Ratio) };
-        let mut twins = Twins::of(&bench, toys(lights()[2].1.clone()), &config, true);
+        let mut twins = Twins::of(&bench, toys(lights()[3].1.clone()), &config, true);
         let off = error(&bench, &twins);
         // A ray that rounding decides differently may split a fragment, whose lobes are then traced.
         assert!(off < 1e-4, "{refiner:?}: {off:e}");
@@ -157,11 +163,11 @@ fn wrong_shaders_are_noticed() {
         ["specular/cells", "if here > 0.0 {", "if true {"],
         ["specular/cells", "const NARROW_ELLIPSE: u32 = 32u", "const NARROW_ELLIPSE: u32 = 5u"],
         ["specular/reflect", "seen += weight;", "seen += 0.9 * weight;"],
-        ["specular/reflect", "!occluded(origin, light_point(uv))", "true"],
+        ["specular/reflect", "!is_lobe_hidden(origin, uv)", "true"],
         ["specular/reflect", "(all_of - grazing) + grazing", "all_of"],
         ["specular/known_pixels", "samples[pixel].value", "1.0"],
     ] {
-        let mut twins = Twins::of(&bench, toys(lights()[2].1.clone()), &config, true);
+        let mut twins = Twins::of(&bench, toys(lights()[3].1.clone()), &config, true);
         twins.alter(&bench, &config, [module, right, wrong]);
         let off = error(&bench, &twins);
         assert!(off > 2e-5, "{module} {right}: {off:e}");

@@ -120,7 +120,7 @@ impl Renderer {
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
         let (lights, flush) = separate_lights(scene, None);
         let spheres = matches!(config.visibility, VisibilityConfig::Bvh | VisibilityConfig::Auto);
-        refuse_lights(&lights, spheres, &scene.mesh)?;
+        refuse_lights(&lights, spheres)?;
         let compiler = Compiler { device, textured: has_texture(&lights), replaced: modules };
         let parted = Parted::of(&scene.mesh);
         let stages = Stages::new(&compiler, scene, &parted, config, pattern)?;
@@ -247,7 +247,7 @@ impl Renderer {
     /// Moves the lights of the scene off the triangles that they are flush with, and makes room for them.
     fn place_lights(&mut self) -> Result<(), GpuError> {
         let (lights, flush) = separate_lights(&self.scene, None);
-        refuse_lights(&lights, self.spheres, &self.scene.mesh)?;
+        refuse_lights(&lights, self.spheres)?;
         self.stages.prepare_lights(&self.memory.device, &lights)?;
         let (width, height) = self.size();
         let compiled = (has_texture(&lights) && !self.stages.is_textured())
@@ -426,19 +426,12 @@ fn frame_bytes(buffers: &Buffers, frames: &[Frame]) -> Vec<u8> {
     bytes
 }
 
-/// Refuses spheres where the backend or what looks at lights has no answers for them.
-fn refuse_lights(lights: &[AreaLight], spheres: bool, mesh: &Mesh) -> Result<(), GpuError> {
-    let is_sphere = |light: &AreaLight| light.as_sphere().is_some();
-    if !spheres && lights.iter().any(is_sphere) {
+/// Refuses spheres where the backend has no answers for them.
+fn refuse_lights(lights: &[AreaLight], spheres: bool) -> Result<(), GpuError> {
+    if !spheres && lights.iter().any(|light| light.as_sphere().is_some()) {
         return Err(GpuError::Unsupported {
             stage: "a sphere light with beam, raster4d or voxel",
             reason: "every receiver has light samples of its own; use bvh or auto, which trace rays",
-        });
-    }
-    if mesh.is_glossy() && lights.iter().any(is_sphere) {
-        return Err(GpuError::Unsupported {
-            stage: "a sphere light before glossy surfaces",
-            reason: "render the scene on the CPU, or switch specular reflection off (in scene files: specular = \"off\")",
         });
     }
     Ok(())

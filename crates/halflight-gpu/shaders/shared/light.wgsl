@@ -64,14 +64,9 @@ fn light_contains(place: vec2<f32>) -> bool {
     return true;
 }
 
-// First corner as seen from a point.
-fn light_corner_from(origin: vec3<f32>) -> vec3<f32> {
-    return frame.light_corner - origin;
-}
-
-// Vector across a part of the unit square.
-fn along_light(part: vec2<f32>) -> vec3<f32> {
-    return frame.light_u * part.x + frame.light_v * part.y;
+// Cross product of the edges of a flat light, on the side of a vector.
+fn light_cross_towards(towards: vec3<f32>) -> vec3<f32> {
+    return select(frame.light_cross, -frame.light_cross, dot3(towards, frame.light_normal) < 0.0);
 }
 
 // Corners, in order around the light, or of a tetrahedron around a sphere.

@@ -30,8 +30,10 @@ const JACOBI_WEIGHTS = vec4(0.27101383, 0.40692914, 0.25969508, 0.06236194);
 
 // The light as a receiver sees it.
 struct Emitter {
-    // First corner from the receiver.
+    // First corner from the receiver, and edges.
     corner: vec3<f32>,
+    u: vec3<f32>,
+    v: vec3<f32>,
     // Normal on the receiver's side, with the length of the frame's area.
     towards: vec3<f32>,
 }
@@ -54,13 +56,21 @@ struct Walk {
     found: u32,
 }
 
-fn emitter_from(origin: vec3<f32>, facing_unit: vec3<f32>) -> Emitter {
-    let turned = dot3(facing_unit, frame.light_normal) < 0.0;
-    return Emitter(light_corner_from(origin), select(frame.light_cross, -frame.light_cross, turned));
+fn emitter_from(origin: vec3<f32>, towards: vec3<f32>) -> Emitter {
+    let seen = seen_light(origin);
+    if is_sphere() {
+        return Emitter(seen.corner - origin, seen.u, seen.v, towards * length3(cross3(seen.u, seen.v)));
+    }
+    return Emitter(seen.corner - origin, seen.u, seen.v, light_cross_towards(towards));
+}
+
+// Vector across a part of the unit square.
+fn along(emitter: Emitter, part: vec2<f32>) -> vec3<f32> {
+    return emitter.u * part.x + emitter.v * part.y;
 }
 
 fn point_of(emitter: Emitter, uv: vec2<f32>) -> vec3<f32> {
-    return emitter.corner + along_light(uv);
+    return emitter.corner + along(emitter, uv);
 }
 
 // Light that the lobe reflects around a point, per area of the unit square and unit radiance, and Schlick's weight.
@@ -78,8 +88,7 @@ fn start_walk(walk: ptr<function, Walk>, emitter: Emitter, lobe: Lobe) {
     (*walk).next = 2u;
     (*walk).corners = 0u;
     let middle = point_of(emitter, vec2(0.5));
-    let lengths = light_lengths();
-    let wide = sqrt(dot3(middle, middle)) * lobe.width > NARROW * (lengths.x + lengths.y);
+    let wide = length3(middle) * lobe.width > NARROW * (length3(emitter.u) + length3(emitter.v));
     let count = outline_corners(select(NARROW_ELLIPSE, WIDE_ELLIPSE, wide));
     var inside = true;
     for (var corner = 0u; corner < 4u; corner++) {
@@ -115,7 +124,7 @@ fn push_corner(walk: ptr<function, Walk>, corner: vec2<f32>) {
 fn outline_corners(ellipse: u32) -> u32 {
     switch frame.outline.x {
         case PARALLELOGRAM: { return 4u; }
-        case ELLIPSE: { return ellipse; }
+        case ELLIPSE, SPHERE: { return ellipse; }
         default: { return frame.outline.x; }
     }
 }
@@ -125,7 +134,7 @@ fn outline_corner(index: u32, count: u32) -> vec2<f32> {
         case PARALLELOGRAM: {
             return vec2(f32(index == 1u || index == 2u), f32(index > 1u));
         }
-        case ELLIPSE: {
+        case ELLIPSE, SPHERE: {
             let step = 2.0 * PI / f32(count);
             let turn = f32(index) * step;
             return vec2(cos(turn), sin(turn)) * (0.5 * sqrt(step / sin(step))) + 0.5;
@@ -199,8 +208,8 @@ fn reflected_of(emitter: Emitter, lobe: Lobe, cell: Cell3) -> vec2<f32> {
     let ac = cell.c - cell.a;
     let area = 0.5 * abs(ab.x * ac.y - ab.y * ac.x);
     let corner = point_of(emitter, cell.a);
-    let first = along_light(ab);
-    let second = along_light(ac);
+    let first = along(emitter, ab);
+    let second = along(emitter, ac);
     var points = array(GAUSS_POINTS, GAUSS_WEIGHTS, JACOBI_POINTS, JACOBI_WEIGHTS);
     var all = 0.0;
     var grazing = 0.0;

@@ -41,7 +41,8 @@ fn reflected_from(at: vec2<u32>, pixel: u32) -> vec3<f32> {
     let receiver = receiver_at(pixel);
     let towards = facing(receiver.origin);
     let known = known_at(at, pixel);
-    if known == DARK || all(towards == vec3(0.0)) {
+    // Surfaces inside a sphere reflect nothing of it.
+    if known == DARK || all(towards == vec3(0.0)) || surrounded(receiver.origin) {
         return vec3(0.0);
     }
     let emitter = emitter_from(receiver.origin, towards);
@@ -103,7 +104,7 @@ fn visible_part(origin: vec3<f32>, emitter: Emitter, lobe: Lobe, whole: f32, key
             let uv = cell.a + ab * (root * (1.0 - across)) + ac * (root * across);
             let weight = reflected_at(emitter, lobe, point_of(emitter, uv)).x * area / share;
             sum += weight;
-            if !occluded(origin, light_point(uv)) {
+            if !is_lobe_hidden(origin, uv) {
                 seen += weight;
             }
             sample++;
@@ -115,6 +116,16 @@ fn visible_part(origin: vec3<f32>, emitter: Emitter, lobe: Lobe, whole: f32, key
         return 0.0;
     }
     return seen / sum;
+}
+
+// True if geometry hides the point of the light at a place in the unit square that a receiver sees.
+fn is_lobe_hidden(origin: vec3<f32>, uv: vec2<f32>) -> bool {
+    let end = seen_point(seen_light(origin), uv);
+    if is_sphere() {
+        let stop = before_sphere(origin, end);
+        return any(stop != origin) && occluded(origin, stop);
+    }
+    return occluded(origin, end);
 }
 
 // What a value of a cell's sample tells.
