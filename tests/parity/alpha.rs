@@ -209,7 +209,7 @@ fn wrong_shaders_are_found() {
         // Masks that are not looked at, samples that are not taken out, and another sample's.
         ["visibility/solid_hits", "&& is_solid(triangle, origin, d)", ""],
         ["visibility/hide", "&= ~atomicLoad", "&= atomicLoad"],
-        ["visibility/hide", "sample_point(ray.index, asked.key)", "sample_point(ray.index, asked.key + 1u)"],
+        ["visibility/hide", "sample_place(ray.index, asked.key)", "sample_place(ray.index, asked.key + 1u)"],
         // The opaque triangles' BVH in the place of the others'.
         ["visibility/solid_hits", "traverse(masked.root,", "traverse(0u,"],
     ] {

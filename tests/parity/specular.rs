@@ -156,6 +156,7 @@ fn matte_scenes_have_no_specular_light() {
 fn wrong_shaders_are_noticed() {
     let Some(bench) = Bench::open() else { return };
     let config = per_pixel(96, 72, Shading::Ratio);
+    let mut twins = Twins::of(&bench, toys(lights()[3].1.clone()), &config, true);
     for [module, right, wrong] in [
         ["specular/lobe", "let fourth = (left * left) * (left * left);", "let fourth = left * left;"],
         ["specular/lobe", "max(roughness * roughness, LEAST_ALPHA)", "max(roughness, LEAST_ALPHA)"],
@@ -167,7 +168,6 @@ fn wrong_shaders_are_noticed() {
         ["specular/reflect", "(all_of - grazing) + grazing", "all_of"],
         ["specular/known_pixels", "samples[pixel].value", "1.0"],
     ] {
-        let mut twins = Twins::of(&bench, toys(lights()[3].1.clone()), &config, true);
         twins.alter(&bench, &config, [module, right, wrong]);
         let off = error(&bench, &twins);
         assert!(off > 2e-5, "{module} {right}: {off:e}");
