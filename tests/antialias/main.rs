@@ -133,7 +133,7 @@ fn shifts_by_parts_of_a_pixel_change_less() {
         };
         let [without, with] = [1, 8].map(change);
         println!("{name}: {without:.2e} without, {with:.2e} with");
-        // What is left is mostly the noise of shadows.
+        // The rest is mostly the noise of shadows.
         assert!(with * 1.4 < without, "{name}: {with} {without}");
     }
 }

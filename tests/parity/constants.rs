@@ -15,8 +15,8 @@ const SEEN: &str = "halflight-cpu/src/textured/seen.rs";
 const STATS: &str = "halflight-gpu/src/stats.rs";
 
 const PAIRS: &[Pair] = &[
-    (("shared/noise", "NOISE"), (TARGET, "NOISE")),
-    (("shared/noise", "ALONE"), (TARGET, "ALONE")),
+    (("shared/noise_estimate", "NOISE"), (TARGET, "NOISE")),
+    (("shared/noise_estimate", "ALONE"), (TARGET, "ALONE")),
     (("refine/target_choose", "INDEPENDENT"), (TARGET, "INDEPENDENT")),
     (("refine/target_choose", "FIRST"), (TARGET, "FIRST")),
     (("refine/target_choose", "MOST"), (TARGET, "ONCE")),
@@ -43,8 +43,6 @@ const PAIRS: &[Pair] = &[
     (("shared/smoothing", "FROM_ONE"), (DENOISE, "FROM_ONE")),
     (("shared/smoothing", "FROM_SEVERAL"), (DENOISE, "FROM_SEVERAL")),
     (("shared/smoothing", "AGREED"), ("halflight-cpu/src/refine/lattice/error_estimate.rs", "AGREED")),
-    (("textured/noise", "NOISE"), (TARGET, "NOISE")),
-    (("textured/noise", "ALONE"), (TARGET, "ALONE")),
     (("textured/seen", "UNIFORM"), (SEEN, "UNIFORM")),
     (("textured/seen", "DISTANCE"), (SEEN, "DISTANCE")),
     (("resolve_smooth", "RISE"), ("halflight-core/src/smooth.rs", "RISE")),

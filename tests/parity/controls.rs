@@ -87,7 +87,7 @@ fn shading() {
     };
     let ratio = [
         ["compose", "frame.radiance * value", "frame.radiance * value * 1.001"],
-        ["compose", "value *= unshadowed(receiver.origin, receiver.normal);", ""],
+        ["compose", "value *= unshadowed(receiver.origin, receiver.normal) * seen_at(receiver);", ""],
         ["shared/unshadowed", "let z = t * t;", "let z = 1.1 * t * t;"],
         ["shared/unshadowed", "visible_polygon(origin, up);", "visible_polygon(origin + up * 1e-2, up);"],
         ["shared/sums", "lit += term;", "lit += 1.001 * term;"],
@@ -96,7 +96,7 @@ fn shading() {
     let sampled = [
         ["shared/light", "receiver * emitter / (squared * squared)", "receiver * emitter / squared"],
         ["shared/sums", "f32(sums.count)", "f32(sums.count + 1u)"],
-        ["irradiance", "sums_sampled(query_sums(query))", "query_fraction(query)"],
+        ["shared/value", "sums_sampled(sums_of_queries(first, count))", "query_fraction(first)"],
     ];
     notices(&bench, "few toys", &per_pixel(96, 72, Shading::Sampled), check, &sampled);
 }
@@ -130,7 +130,7 @@ fn refiners() {
         ["refine/sfvt_classify", "if curved || (", "if curved && ("],
         ["refine/sfvt_split_test", "differing <= frame.split_above", "differing <= 2u * frame.split_above"],
         ["refine/sfvt_split_test", "deep |=", "deep &="],
-        ["refine/sfvt_value", "all.visible + sums.visible", "sums.visible"],
+        ["shared/value", "all.visible + sums.visible", "sums.visible"],
         ["refine/sfvt_finals", "asks = !faces_away(pixel);", "asks = false;"],
     ];
     let refiner = RefinerConfig::SfvtGass(SfvtGassConfig::default());
@@ -152,7 +152,7 @@ fn the_lattice() {
         ["refine/discontinuities_gather", "|= discontinuities[", "= discontinuities["],
         ["refine/lattice_classify", "strongest == STEP &&", "strongest == SHADES &&"],
         ["refine/lattice_request", "|| waits(corner);", ";"],
-        ["refine/lattice_value", "let fraction = query_fraction(query);", "let fraction = 0.5;"],
+        ["refine/lattice_value", "var colours = query_colours(query);", "var colours = vec4(0.5);"],
         ["refine/lattice_split_test", "high - low <= tolerance", "high - low <= 2.0 * frame.error"],
         ["refine/lattice_close_cracks", "> 0u && !agrees", "> 9999u && !agrees"],
     ];

@@ -44,7 +44,7 @@ pub(crate) fn texel_clearance(mesh: &Mesh, triangle: usize, origin: DVec3, end: 
     // Vectors whose products with a place, seen from the first corner, are the weights of the other two.
     let duals = [v.cross(normal), normal.cross(u)].map(|dual| dual / normal.length_squared());
     let weights = duals.map(|dual| dual.dot(hit - a));
-    // What passes outside within rounding is near an edge. NaN, in the triangle's plane, is no hit.
+    // A ray that passes outside within rounding is near an edge. NaN, in the triangle's plane, is no hit.
     if !(weights[0] >= 0.0 && weights[1] >= 0.0 && weights[0] + weights[1] <= 1.0) {
         return f64::INFINITY;
     }

@@ -60,7 +60,7 @@ fn frames_are_equal() {
         for shading in [Shading::Ratio, Shading::Sampled] {
             let twins = Twins::of(&bench, toys(lights.clone()), &per_pixel(96, 72, shading), true);
             let off = error(&bench, &twins);
-            // The same rays of the same lobes; the middle of a narrow lobe and the number of triangles beside it depend on rounding.
+            // Rays and lobes are the same; the middle of a narrow lobe and the number of triangles beside it depend on rounding.
             assert!(off < 1e-5, "{name} {shading:?}: {off:e}");
             assert!(twins.cpu.image().specular.iter().any(|light| light.max_element() > 0.1), "{name}");
         }

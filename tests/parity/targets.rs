@@ -212,7 +212,7 @@ fn a_trial_that_sees_more_noise_takes_more_samples() {
     let [found, expected] = sides(&bench, &twins);
     assert_eq!(found, expected);
     assert!(error(&bench, &twins) < 1e-4);
-    twins.alter(&bench, &config, ["shared/noise", "NOISE: f32 = 0.12", "NOISE: f32 = 0.6"]);
+    twins.alter(&bench, &config, ["shared/noise_estimate", "NOISE: f32 = 0.12", "NOISE: f32 = 0.6"]);
     let [found, expected] = sides(&bench, &twins);
     assert!(found > expected, "{found} {expected}");
     // A plan that ignores the choice has the error of the fewest samples.

@@ -175,14 +175,14 @@ fn wrong_shaders_are_noticed() {
         ["textured/sums", "emitted[strata + index]", "emitted[strata + index + 1u]"],
         ["textured/value", "channels[place]", "channels[place + 1u]"],
         ["textured/channel", "found[CHANNEL]", "found[0]"],
-        ["textured/compose", "2u * pixels", "pixels"],
+        ["textured/values", "2u * pixels", "pixels"],
         ["textured/seen", "cell_emission(grid, cell)", "cell_emission(grid, cell.yx)"],
     ];
     let of_good = [
         ["textured/strata", "(2u * columns - 1u) / 6u", "(2u * columns) / 6u"],
-        ["textured/lattice_value", "channels[pixel]", "channels[pixel + 1u]"],
+        ["textured/value", "channels[place]", "channels[place + 1u]"],
         ["textured/lattice_smooth", "fractions += pair;", "fractions += 2.0 * pair;"],
-        ["textured/noise", "* squares / power", "* 100.0 * squares / power"],
+        ["textured/noise", "differ), squares, dot3", "differ), 100.0 * squares, dot3"],
     ];
     for (config, altered) in [(plain, &of_plain[..]), (good, &of_good)] {
         let mut twins = Twins::of(&bench, toys(vec![screen().textured(1)]), &config, true);

@@ -9,7 +9,7 @@ use halflight::light::{AreaLight, LightFrame};
 use halflight::light_texture::LightTexture;
 use halflight::pipeline::{Image, Pipeline};
 use halflight::scene::{Camera, Material, Mesh, Scene, Specular};
-use halflight_tests::{Stage, blocker_over_floor, quads};
+use halflight_tests::{Stage, blocker_over_floor, hides, quads};
 
 const WIDTH: u32 = 44;
 const HEIGHT: u32 = 33;
@@ -45,21 +45,6 @@ fn pipeline(stage: &Stage, refiner: RefinerConfig, count: u32) -> Pipeline {
     config.builder(&stage.prepared).build().unwrap()
 }
 
-/// True if the open segment between two points meets a triangle (Möller and Trumbore 1997).
-fn hidden(mesh: &Mesh, from: DVec3, to: DVec3) -> bool {
-    let d = to - from;
-    (0..mesh.triangle_count()).any(|triangle| {
-        let [a, b, c] = mesh.corners(triangle).map(Vec3::as_dvec3);
-        let (u, v) = (b - a, c - a);
-        let across = d.cross(v);
-        let determinant = u.dot(across);
-        let offset = from - a;
-        let (s, turned) = (offset.dot(across) / determinant, offset.cross(u));
-        let (t, at) = (d.dot(turned) / determinant, v.dot(turned) / determinant);
-        s >= 0.0 && t >= 0.0 && s + t <= 1.0 && at > 0.0 && at < 1.0
-    })
-}
-
 /// Specular radiance of a pixel by the midpoint rule over `side` · `side` points of every light.
 fn integrated(scene: &Scene, origin: Vec3, normal: Vec3, specular: &Specular, side: usize) -> DVec3 {
     let (from, normal) = (origin.as_dvec3(), normal.as_dvec3());
@@ -86,7 +71,7 @@ fn integrated(scene: &Scene, origin: Vec3, normal: Vec3, specular: &Specular, si
             if incidence <= 0.0
                 || solid <= 0.0
                 || !light.extent().contains(uv)
-                || hidden(&scene.mesh, from, point)
+                || hides(&scene.mesh, from, point)
             {
                 continue;
             }

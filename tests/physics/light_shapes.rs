@@ -12,7 +12,7 @@ use halflight::pipeline::Image;
 use halflight::refine::Quality;
 use halflight::scene::Scene;
 use halflight::unshadowed::unshadowed;
-use halflight_tests::Stage;
+use halflight_tests::{Stage, nmse2};
 
 /// Projected solid angle of a disk of radius `r` at height `h`, for a receiver that faces its plane at `d` from its axis.
 fn parallel(r: f64, h: f64, d: f64) -> f64 {
@@ -129,13 +129,6 @@ fn config(refiner: RefinerConfig, samples: u32) -> PipelineConfig {
         sampling: LightSampling { count: samples, ..LightSampling::default() },
         ..PipelineConfig::default()
     }
-}
-
-fn nmse2(image: &Image, reference: &Image) -> f64 {
-    let square = |v: Vec3| f64::from(v.length_squared());
-    let pairs = image.irradiance.iter().zip(&reference.irradiance);
-    pairs.map(|(a, b)| square(*a - *b)).sum::<f64>()
-        / reference.irradiance.iter().map(|v| square(*v)).sum::<f64>()
 }
 
 const CENTRE: Vec3 = Vec3::new(-1.85, 3.0, -0.15);

@@ -13,7 +13,7 @@ use halflight::pipeline::{Image, Pipeline, PipelineError};
 use halflight::refine::Quality;
 use halflight::scene::{Camera, Mesh, Scene};
 use halflight::unshadowed::unshadowed;
-use halflight_tests::{Stage, blocker_over_floor, quads};
+use halflight_tests::{Stage, blocker_over_floor, hides, nmse2, nmse2_of, quads};
 
 /// Sum over many small parts of a sphere's surface, in the order of angles from the axis to the receiver, so that grazing parts are as dense as
 /// others.
@@ -104,27 +104,6 @@ fn scene(lights: Vec<AreaLight>) -> Scene {
     Scene { mesh: Arc::new(mesh), lights, ..blocker_over_floor() }
 }
 
-fn nmse2(image: &Image, reference: &[Vec3]) -> f64 {
-    let square = |v: Vec3| f64::from(v.length_squared());
-    let pairs = image.irradiance.iter().zip(reference);
-    pairs.map(|(a, b)| square(*a - *b)).sum::<f64>() / reference.iter().map(|v| square(*v)).sum::<f64>()
-}
-
-/// True if the open segment between two points meets a triangle (Möller and Trumbore 1997).
-fn hidden(mesh: &Mesh, from: DVec3, to: DVec3) -> bool {
-    let d = to - from;
-    (0..mesh.triangle_count()).any(|triangle| {
-        let [a, b, c] = mesh.corners(triangle).map(Vec3::as_dvec3);
-        let (u, v) = (b - a, c - a);
-        let across = d.cross(v);
-        let determinant = u.dot(across);
-        let offset = from - a;
-        let (s, turned) = (offset.dot(across) / determinant, offset.cross(u));
-        let (t, at) = (d.dot(turned) / determinant, v.dot(turned) / determinant);
-        s >= 0.0 && t >= 0.0 && s + t <= 1.0 && at > 0.0 && at < 1.0
-    })
-}
-
 /// Irradiance of a receiver by segments to points of the sphere's surface, which are uniform over the cone that it fills: a grid of azimuths and of
 /// cosines from the axis.
 fn integrated(mesh: &Mesh, light: &AreaLight, origin: Vec3, normal: Vec3, side: usize) -> DVec3 {
@@ -144,7 +123,7 @@ fn integrated(mesh: &Mesh, light: &AreaLight, origin: Vec3, normal: Vec3, side: 
         let middle = to.dot(direction);
         let reach = middle - (middle * middle - distance * distance + radius * radius).max(0.0).sqrt();
         let term = normal.dot(direction);
-        if term > 0.0 && !hidden(mesh, from, from + direction * reach) {
+        if term > 0.0 && !hides(mesh, from, from + direction * reach) {
             sum += term;
         }
     }
@@ -180,14 +159,14 @@ fn shadows_are_those_of_independent_integration() {
             PipelineConfig { shading, ..config(refiner, count) }.builder(&stage.prepared).build().unwrap();
         let image = pipeline.render().unwrap().clone();
         let reference = reference.get_or_insert_with(|| truth(&pipeline, &stage.scene, 48));
-        let found = nmse2(&image, reference);
+        let found = nmse2_of(&image.irradiance, reference);
         assert!(found < most, "{refiner:?} {shading:?} {count}: {found:e}");
     }
     // The comparison rejects another radius.
     let other =
         Stage::new(scene(vec![AreaLight::sphere(Vec3::new(0.3, 2.2, 0.4), 0.52, lamp().radiance), small]));
     let image = other.unwrap().render(&config(RefinerConfig::PerPixel, 256)).unwrap();
-    assert!(nmse2(&image, &reference.unwrap()) > 1e-3);
+    assert!(nmse2_of(&image.irradiance, &reference.unwrap()) > 1e-3);
 }
 
 #[test]
@@ -336,7 +315,7 @@ fn one_sphere_is_its_own_copy_elsewhere() {
         scene.lights[0] = scene.lights[0].transformed(place, |direction| direction * scale);
         (scene.camera.eye, scene.camera.target) = (place(scene.camera.eye), place(scene.camera.target));
         let found = Stage::new(scene).unwrap().render(&config).unwrap();
-        let off = nmse2(&found, &plain.irradiance);
+        let off = nmse2(&found, &plain);
         assert!(off < most, "{scale} {offset}: {off:e}");
     }
 }

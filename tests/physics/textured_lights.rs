@@ -11,7 +11,7 @@ use halflight::light_texture::LightTexture;
 use halflight::pipeline::Image;
 use halflight::refine::Quality;
 use halflight::scene::Scene;
-use halflight_tests::Stage;
+use halflight_tests::{Stage, nmse2};
 
 /// The scene `contact` under textured lights.
 fn contact(lights: Vec<AreaLight>, textures: Vec<LightTexture>) -> Stage {
@@ -59,14 +59,6 @@ fn render(stage: &Stage, refiner: RefinerConfig, shading: Shading, samples: u32)
         ..PipelineConfig::default()
     };
     stage.render(&config).unwrap()
-}
-
-/// Mean squared difference of all channels, relative to the reference's mean square.
-fn nmse2(image: &Image, reference: &Image) -> f64 {
-    let square = |v: Vec3| f64::from(v.length_squared());
-    let pairs = image.irradiance.iter().zip(&reference.irradiance);
-    pairs.map(|(a, b)| square(*a - *b)).sum::<f64>()
-        / reference.irradiance.iter().map(|v| square(*v)).sum::<f64>()
 }
 
 #[test]

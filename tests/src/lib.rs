@@ -163,10 +163,30 @@ impl Room {
 
 /// Squared error `SSE / Σ reference²` of the irradiance of two images of one size.
 pub fn nmse2(image: &Image, reference: &Image) -> f64 {
+    nmse2_of(&image.irradiance, &reference.irradiance)
+}
+
+/// Squared error `SSE / Σ reference²` over pixels of linear RGB.
+pub fn nmse2_of(image: &[Vec3], reference: &[Vec3]) -> f64 {
     let (mut error, mut energy) = (0.0, 0.0);
-    for (a, b) in image.irradiance.iter().zip(&reference.irradiance) {
+    for (a, b) in image.iter().zip(reference) {
         error += f64::from((*a - *b).length_squared());
         energy += f64::from(b.length_squared());
     }
     error / energy
+}
+
+/// True if the open segment between two points meets a triangle, in double precision (Möller and Trumbore 1997).
+pub fn hides(mesh: &Mesh, from: DVec3, to: DVec3) -> bool {
+    let d = to - from;
+    (0..mesh.triangle_count()).any(|triangle| {
+        let [a, b, c] = mesh.corners(triangle).map(Vec3::as_dvec3);
+        let (u, v) = (b - a, c - a);
+        let across = d.cross(v);
+        let determinant = u.dot(across);
+        let offset = from - a;
+        let (s, turned) = (offset.dot(across) / determinant, offset.cross(u));
+        let (t, at) = (d.dot(turned) / determinant, v.dot(turned) / determinant);
+        s >= 0.0 && t >= 0.0 && s + t <= 1.0 && at > 0.0 && at < 1.0
+    })
 }

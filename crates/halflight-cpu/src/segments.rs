@@ -6,7 +6,7 @@ use halflight_core::scene::Mesh;
 use crate::bvh::{Bvh, Packet, STACK, Stacks};
 use crate::simd::{Isa, Kernel, Simd};
 
-/// What hides light: a BVH, and the mesh that it is over.
+/// Geometry that hides light: a BVH, and the mesh that it is over.
 #[derive(Clone, Copy)]
 pub(crate) struct Occluders<'a> {
     pub(crate) bvh: &'a Bvh,

@@ -11,7 +11,7 @@ use crate::recorder::{Groups, Recorder};
 use crate::stats::Timed;
 
 programs! {
-    COMPOSE: "compose" = compose in "compose";
+    COMPOSE: "compose" = compose in "compose", "shared/values";
 }
 
 /// Pass that adds a light to the image.

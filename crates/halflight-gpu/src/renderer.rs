@@ -44,7 +44,7 @@ pub struct Renderer {
     scene_buffers: SceneBuffers,
     /// Lights of the scene, moved off the triangles that they are flush with.
     lights: Vec<AreaLight>,
-    /// What textured lights emit.
+    /// Emission of textured lights.
     emitted: Emitted,
     /// True if the visibility backend answers for sphere lights.
     spheres: bool,

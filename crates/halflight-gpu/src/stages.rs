@@ -31,9 +31,9 @@ pub(crate) struct Stages {
     pub(crate) tracer: Tracer,
     upsample: Upsample,
     compose: Compose,
-    /// Where there are glossy surfaces.
+    /// Passes of glossy surfaces, where there are any.
     reflect: Option<Reflect>,
-    /// Where there are textured lights.
+    /// Passes of textured lights, where there are any.
     textured: Option<TexturedCompose>,
     /// Lights that the camera sees; compiled where the first one comes.
     emission: Option<Emission>,

@@ -21,7 +21,7 @@ use crate::upsample::Upsample;
 
 programs! {
     CHANNEL: "textured: channel" = channel in "textured/channel";
-    COMPOSE: "textured: compose" = compose in "textured/compose";
+    COMPOSE: "textured: compose" = compose in "compose", "textured/values";
 }
 
 /// Passes that upsample a textured light channel by channel and add it to the image.
@@ -74,7 +74,7 @@ impl TexturedCompose {
 /// Light samples that a refiner takes.
 #[derive(Clone, Debug)]
 pub(crate) enum Patterns {
-    /// Those of these patterns.
+    /// Light samples of these patterns.
     Given(Vec<Pattern>),
     /// Squares of 4 to as many columns, of which the device chooses.
     Squares {
@@ -86,7 +86,7 @@ pub(crate) enum Patterns {
 /// Fewest columns of patterns that a device chooses.
 const FEWEST: u16 = 4;
 
-/// What textured lights emit, and where it lies in [`Slot::Emitted`].
+/// Emission of textured lights, and its places in [`Slot::Emitted`].
 #[derive(Debug)]
 pub(crate) struct Emitted {
     /// One a light.

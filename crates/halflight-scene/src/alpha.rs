@@ -27,7 +27,7 @@ pub(crate) enum AlphaSource {
     Nothing,
     /// The one that a material names as its mask.
     Map,
-    /// That one, or else the material's texture.
+    /// Mask of the material, or else the material's texture.
     Albedo,
 }
 

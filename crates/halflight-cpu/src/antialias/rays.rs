@@ -1,6 +1,6 @@
 //! Sub-samples of edge pixels: which of them are traced, and what they see.
 //!
-//! Where a straight edge parts a pixel's centre from its right neighbour and from none of the others, only sub-samples to the right of the
+//! If a straight edge parts a pixel's centre from its right neighbour and from none of the others, only sub-samples to the right of the
 //! centre can lie beyond it; where it parts the centre from the right and the lower neighbour, only those to the right or below. The others see
 //! what the centre sees, and are not traced. Where opposite neighbours differ there are several edges, and all sub-samples are traced.
 
@@ -16,7 +16,7 @@ use crate::gbuffer::{SubSample, trace_sub_samples};
 /// Sub-samples that are traced, and their surfaces.
 #[derive(Default)]
 pub(super) struct SubSamples {
-    /// Where the sub-samples of each edge pixel begin, and the last one's end.
+    /// Index of the first sub-sample of each edge pixel, and the last one's end.
     starts: Vec<usize>,
     all: Vec<SubSample>,
     /// One entry a sub-sample.
@@ -64,7 +64,7 @@ impl SubSamples {
         &self.all
     }
 
-    /// Where the sub-samples of each edge pixel begin, and the last one's end.
+    /// Index of the first sub-sample of each edge pixel, and the last one's end.
     pub(super) fn starts(&self) -> &[usize] {
         &self.starts
     }

@@ -118,7 +118,7 @@ impl<'a> Emitter<'a> {
         Some(Self { light, outline, texture, corner: corner - origin, u, v, facing, sphere: None })
     }
 
-    /// The same for a disk that covers a sphere as seen from `origin`.
+    /// Emitter of a disk that covers a sphere as seen from `origin`.
     pub(super) fn of_sphere(self, sphere: Option<&'a Sphere>, origin: Vec3) -> Self {
         Self { sphere: sphere.map(|sphere| (sphere, origin)), ..self }
     }

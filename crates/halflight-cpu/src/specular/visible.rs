@@ -97,7 +97,7 @@ impl Tracer {
                 if at >= above {
                     break;
                 }
-                // What is left of the number is uniform inside the cell's share. The other coordinate is van der Corput's sequence, scrambled, so
+                // The rest of the number is uniform inside the cell's share. The other coordinate is van der Corput's sequence, scrambled, so
                 // that samples near each other in one differ in the other (Hammersley's points).
                 let along = ((at - below) / cell.share).clamp(0.0, 1.0);
                 let reversed = (sample as u32).reverse_bits() ^ scramble;

@@ -4,9 +4,9 @@
 struct Masked {
     // Root of their BVH.
     root: u32,
-    // The first of them in `triangles`.
+    // Index of the first of them in `triangles`.
     first: u32,
-    // Those from the first on.
+    // Triangles from the first on.
     triangles: array<MaskedTriangle>,
 }
 

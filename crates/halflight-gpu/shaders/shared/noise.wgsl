@@ -1,20 +1,7 @@
 // Noise of a mask, per query (halflight-cpu/src/refine/target.rs). Light samples of error targets have fewer
 // than 32 columns.
-//@ needs shared/query
+//@ needs shared/noise_estimate
 //@ reads wanted visible
-
-// Expected squared error over the fraction of differing neighbouring samples, as on the CPU.
-const NOISE: f32 = 0.12;
-
-// Relative growth of the noise where all samples of the rarer kind are isolated, as on the CPU.
-const ALONE: f32 = 1.1;
-
-struct Noise {
-    // Expected squared error of the visible fraction.
-    variance: f32,
-    // Fraction of differing neighbouring samples.
-    disagreement: f32,
-}
 
 fn query_noise(query: u32) -> Noise {
     let first = query * frame.pattern.words;
@@ -50,12 +37,7 @@ fn query_noise(query: u32) -> Noise {
         lit += countOneBits(asked & seen);
         count += countOneBits(asked);
     }
-    if lit == 0u || lit == count {
-        return Noise(0.0, 0.0);
-    }
-    let alone = clamp((f32(differ) / f32(min(lit, count - lit)) - 1.0) / 3.0, 0.0, 1.0);
-    let variance = NOISE * (1.0 + ALONE * alone) * f32(differ) / f32(count * count);
-    return Noise(variance, f32(differ) / f32(max(pairs, 1u)));
+    return noise_of(Neighbours(lit, count, pairs, differ), f32(differ), f32(count * count));
 }
 
 // Bits shifted down by `by`, from 1 to 31, filled from the next word.

@@ -1,5 +1,5 @@
 // Sums over light samples, per query: in the summation order of the CPU.
-//@ needs shared/light shared/query shared/receiver
+//@ needs shared/light shared/query shared/query_kinds shared/receiver
 //@ reads queries wanted visible
 
 struct Sums {
@@ -66,18 +66,12 @@ fn surrounded_sums(receiver: Receiver, asked: u32) -> Sums {
 
 // Visible fraction of one query; NO_VALUE where every sample lies below a horizon.
 fn query_fraction(query: u32) -> f32 {
-    let first = query * frame.pattern.words;
-    var lit = 0u;
-    var unlit = 0u;
-    for (var word = first; word < first + frame.pattern.words; word++) {
-        lit |= wanted[word] & visible[word];
-        unlit |= wanted[word] & ~visible[word];
-    }
-    if lit == 0u && unlit == 0u {
+    let kinds = lit_and_unlit(query);
+    if !any(kinds) {
         return NO_VALUE;
     }
-    if lit == 0u || unlit == 0u {
-        return select(1.0, 0.0, lit == 0u);
+    if !all(kinds) {
+        return select(0.0, 1.0, kinds.x);
     }
     return sums_fraction(query_sums(query));
 }

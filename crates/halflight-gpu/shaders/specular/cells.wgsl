@@ -96,7 +96,7 @@ fn start_walk(walk: ptr<function, Walk>, emitter: Emitter, lobe: Lobe) {
         let place = vec2(f32(corner & 1u), f32(corner >> 1u)) * 1.02 - 0.01;
         inside &= dot3(point_of(emitter, place), lobe.normal) > 0.0;
     }
-    // What lies below the horizon is clipped (Sutherland and Hodgman 1974).
+    // Parts below the horizon are clipped (Sutherland and Hodgman 1974).
     for (var index = 0u; index < count; index++) {
         let corner = outline_corner(index, count);
         if inside {

@@ -1,4 +1,4 @@
-// What the samples of a pixel's cell tell of its lobe: lit or dark where all of them are.
+// Knowledge of a pixel's lobe from the samples of its cell: lit or dark where all of them are.
 //@ needs shared/additional shared/query
 //@ reads samples
 

@@ -1,4 +1,4 @@
-// What the corners of a pixel's cell tell of its lobe: lit or dark where all of them are.
+// Knowledge of a pixel's lobe from the corners of its cell: lit or dark where all of them are.
 //@ needs shared/corners shared/field shared/query
 //@ reads samples
 

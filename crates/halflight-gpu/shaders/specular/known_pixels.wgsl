@@ -1,4 +1,4 @@
-// What a pixel's own sample tells of its lobe.
+// Knowledge of a pixel's lobe from the pixel's own sample.
 //@ needs shared/query
 //@ reads samples
 

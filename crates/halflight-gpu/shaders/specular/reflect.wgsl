@@ -13,7 +13,7 @@ override RAYS: u32 = 64u;
 // Distinguishes the random numbers of lobes from those of light samples.
 const LOBES: u32 = 0x5bec0a11u;
 
-// What is known of a pixel's lobe before any ray.
+// Knowledge of a pixel's lobe before any ray.
 const LIT: u32 = 0u;
 const DARK: u32 = 1u;
 const OPEN: u32 = 2u;
@@ -97,7 +97,7 @@ fn visible_part(origin: vec3<f32>, emitter: Emitter, lobe: Lobe, whole: f32, key
             if place >= below + share {
                 break;
             }
-            // What is left of the number is uniform inside the triangle's share; the other coordinate is van der
+            // The rest of the number is uniform inside the triangle's share; the other coordinate is van der
             // Corput's sequence, scrambled (Hammersley's points).
             let root = sqrt(clamp((place - below) / share, 0.0, 1.0));
             let across = f32((reverseBits(sample) ^ scramble) >> 8u) * (1.0 / 16777216.0);
@@ -128,7 +128,7 @@ fn is_lobe_hidden(origin: vec3<f32>, uv: vec2<f32>) -> bool {
     return occluded(origin, end);
 }
 
-// What a value of a cell's sample tells.
+// Knowledge from the value of a sample.
 fn known_of(value: f32) -> u32 {
     return select(select(OPEN, DARK, value == 0.0), LIT, value == 1.0);
 }

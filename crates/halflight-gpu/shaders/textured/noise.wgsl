@@ -1,19 +1,7 @@
 // Noise of a mask of a textured light, per query (halflight-cpu/src/refine/target.rs). Light samples of error targets
 // have fewer than 32 columns.
-//@ needs shared/query textured/strata
+//@ needs shared/noise_estimate textured/strata
 //@ reads wanted visible
-
-// Expected squared error over the fraction of differing neighbouring samples, and its relative growth where all samples
-// of the rarer kind are isolated, as on the CPU.
-const NOISE: f32 = 0.12;
-const ALONE: f32 = 1.1;
-
-struct Noise {
-    // Expected squared error of the visible fraction.
-    variance: f32,
-    // Fraction of differing neighbouring samples.
-    disagreement: f32,
-}
 
 fn query_noise(query: u32) -> Noise {
     let first = query * frame.pattern.words;
@@ -48,13 +36,7 @@ fn query_noise(query: u32) -> Noise {
             }
         }
     }
-    let power = dot3(whole, whole);
-    if lit == 0u || lit == count || power <= 0.0 {
-        return Noise(0.0, 0.0);
-    }
-    let alone = clamp((f32(differ) / f32(min(lit, count - lit)) - 1.0) / 3.0, 0.0, 1.0);
-    let variance = NOISE * (1.0 + ALONE * alone) * squares / power;
-    return Noise(variance, f32(differ) / f32(max(pairs, 1u)));
+    return noise_of(Neighbours(lit, count, pairs, differ), squares, dot3(whole, whole));
 }
 
 fn is_wanted(first: u32, index: u32) -> bool {

@@ -1,6 +1,6 @@
 // Sums over the samples of a textured light, per query, of red, green and blue: in the summation order of the CPU
 // (halflight-cpu/src/textured/strata.rs).
-//@ needs shared/light shared/query shared/receiver textured/strata textured/texel
+//@ needs shared/light shared/query shared/query_kinds shared/receiver textured/strata textured/texel
 //@ reads queries wanted visible
 
 struct Sums {
@@ -84,18 +84,12 @@ fn colours_of(sums: Sums) -> vec4<f32> {
 
 // Visible fractions of one query.
 fn query_colours(query: u32) -> vec4<f32> {
-    let first = query * frame.pattern.words;
-    var lit = 0u;
-    var unlit = 0u;
-    for (var word = first; word < first + frame.pattern.words; word++) {
-        lit |= wanted[word] & visible[word];
-        unlit |= wanted[word] & ~visible[word];
-    }
-    if lit == 0u && unlit == 0u {
+    let kinds = lit_and_unlit(query);
+    if !any(kinds) {
         return vec4(NO_VALUE);
     }
-    if lit == 0u || unlit == 0u {
-        return vec4(select(1.0, 0.0, lit == 0u));
+    if !all(kinds) {
+        return vec4(select(0.0, 1.0, kinds.x));
     }
     return colours_of(query_sums(query));
 }

@@ -1,41 +1,31 @@
-// Computes sample values of a textured light, per sample: from the masks of its queries to visible fractions of red,
-// green and blue, and of all together; or to irradiance of red, green and blue.
-//@ needs shared/counters textured/sums
-//@ writes samples channels
+// Values of samples under a textured light, from the masks of their queries, by channel.
+//@ needs textured/sums
+//@ writes channels
 
-// Interpolated quantity: 0 irradiance, 1 the visible fraction.
-override SHADING: u32 = 1u;
+// Visible fractions of `count` queries from `first` on, together, as those of one query.
+fn colours_of_queries(first: u32, count: u32) -> vec4<f32> {
+    var all = Sums(vec3(0.0), vec3(0.0));
+    for (var part = 0u; part < count; part++) {
+        let sums = query_sums(first + part);
+        all = Sums(all.visible + sums.visible, all.all + sums.all);
+    }
+    return colours_of(all);
+}
 
-@compute @workgroup_size(64)
-fn value(here: Lane) {
-    let first = invocation(here) * frame.slots;
-    if first >= atomicLoad(&counters[END]) {
-        return;
+// Irradiance per radiance of `count` queries from `first` on, together. Green stands for the whole.
+fn irradiance_of_queries(first: u32, count: u32) -> vec4<f32> {
+    var sum = vec3(0.0);
+    var asked = 0u;
+    for (var part = 0u; part < count; part++) {
+        sum += query_sampled(first + part);
+        asked += queries[first + part].asked;
     }
-    let place = queries[first].place;
-    if place == NONE {
-        return;
-    }
-    var colours: vec4<f32>;
-    if SHADING == 0u {
-        var sampled = vec3(0.0);
-        var asked = 0u;
-        for (var part = 0u; part < frame.slots; part++) {
-            sampled += query_sampled(first + part);
-            asked += queries[first + part].asked;
-        }
-        colours = vec4(sampled / f32(max(asked, 1u)), 0.0);
-        colours.w = colours.y;
-    } else if frame.slots == 1u {
-        colours = query_colours(first);
-    } else {
-        var all = Sums(vec3(0.0), vec3(0.0));
-        for (var part = 0u; part < frame.slots; part++) {
-            let sums = query_sums(first + part);
-            all = Sums(all.visible + sums.visible, all.all + sums.all);
-        }
-        colours = colours_of(all);
-    }
-    samples[place].value = colours.w;
+    sum /= f32(max(asked, 1u));
+    return vec4(sum, sum.y);
+}
+
+// Keeps the channels of a sample, and returns its value.
+fn keep_colours(place: u32, colours: vec4<f32>) -> f32 {
     channels[place] = vec4(colours.xyz, 1.0);
+    return colours.w;
 }

@@ -24,8 +24,8 @@ programs! {
     GATHER: "discontinuities: gather" = gather in "refine/discontinuities_gather";
     SMOOTH: "lattice: smooth" = smooth_fractions in "refine/lattice_smooth";
     SMOOTH_TEXTURED: "lattice: smooth, textured" = smooth_fractions in "textured/lattice_smooth";
-    VALUE_TEXTURED: "lattice: value, textured" = value in "textured/lattice_value";
-    VALUE: "lattice: value" = value in "refine/lattice_value";
+    VALUE_TEXTURED: "lattice: value, textured" = value in "refine/lattice_value", "textured/noise", "textured/value";
+    VALUE: "lattice: value" = value in "refine/lattice_value", "shared/noise", "shared/value";
     SPLIT_TEST: "lattice: split test" = split_test in "refine/lattice_split_test";
     CLOSE_CRACKS: "lattice: close cracks" = close_cracks in "refine/lattice_close_cracks";
 }

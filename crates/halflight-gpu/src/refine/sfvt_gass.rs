@@ -20,8 +20,8 @@ use crate::textured::Patterns;
 programs! {
     CLASSIFY: "sfvt-gass: classify" = classify in "refine/sfvt_classify";
     SPLIT_TEST: "sfvt-gass: split test" = split_test in "refine/sfvt_split_test";
-    VALUE: "sfvt-gass: value" = value in "refine/sfvt_value";
-    TEXTURED: "sfvt-gass: value, textured" = value in "textured/value";
+    VALUE: "sfvt-gass: value" = irradiance in "irradiance", "shared/value";
+    TEXTURED: "sfvt-gass: value, textured" = irradiance in "irradiance", "textured/value";
     FINALS: "sfvt-gass: finals" = finals in "refine/sfvt_finals";
 }
 

@@ -12,8 +12,8 @@ use crate::visibility::Backend;
 programs! {
     DISPATCH: "indirect arguments" = dispatch in "indirect_arguments";
     HIDE: "hide" = hide in "visibility/hide";
-    IRRADIANCE: "irradiance" = irradiance in "irradiance";
-    TEXTURED: "textured: value" = value in "textured/value";
+    IRRADIANCE: "irradiance" = irradiance in "irradiance", "shared/value";
+    TEXTURED: "irradiance, textured" = irradiance in "irradiance", "textured/value";
 }
 
 /// Passes from queries to masks and values.

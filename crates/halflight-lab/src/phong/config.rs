@@ -121,7 +121,7 @@ impl PhongConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "name", rename_all = "kebab-case")]
 pub enum SpecularPass {
-    /// That of Nichols10.
+    /// Phong pass of Nichols10.
     Nichols(PhongConfig),
 }
 

@@ -39,7 +39,7 @@ pub use truth::truth;
 /// Level of pixels that no fragment was rendered for: discarded, or matte.
 pub const NOT_RENDERED: u8 = u8::MAX;
 
-/// What a pixel's level says where its fragment was discarded since the lobe misses the light.
+/// Level of pixels whose fragment was discarded since the lobe misses the light.
 pub const DISCARDED: u8 = u8::MAX - 1;
 
 /// Result of the pass.

@@ -33,12 +33,12 @@ struct Cell {
     pixel: usize,
 }
 
-/// What becomes of a cell.
+/// Fate of a cell.
 enum Verdict {
-    /// It sees nothing.
+    /// Sees nothing.
     Empty,
     Split,
-    /// It is kept without a value, at this level.
+    /// Kept without a value: pixel, and level to show.
     Unlit(usize, u8),
     Render(usize),
 }
@@ -73,7 +73,7 @@ pub(super) fn refine(surfaces: &Surfaces, light: &Light, config: &PhongConfig) -
                 Verdict::Empty => {}
                 Verdict::Split => split(&mut next, x, y),
                 Verdict::Unlit(pixel, code) => {
-                    // What is discarded reflects nothing; what is matte has no value to be interpolated.
+                    // Discarded fragments reflect nothing; matte ones have no value to be interpolated.
                     let value = if code == DISCARDED { Vec3::ZERO } else { Vec3::splat(NO_VALUE) };
                     out.keep(level, Cell { x, y, pixel }, value, code);
                 }

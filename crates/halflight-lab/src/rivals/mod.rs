@@ -133,7 +133,7 @@ impl Rival {
     /// Returns the configuration of a pipeline that the rival's stages are put into: size, samples and seed hold, its own
     /// stages do not.
     pub fn config(&self, [width, height]: [u32; 2], seed: u32) -> PipelineConfig {
-        // Those of Nichols10 gather irradiance from light samples that all receivers share, as published.
+        // Rivals of Nichols10 gather irradiance from light samples that all receivers share, as published.
         let (count, shading, sharing) = match self {
             Self::Pcss(config) => (config.samples, Shading::Ratio, Sharing::Receiver),
             Self::Filtered(config) => (config.samples, Shading::Ratio, Sharing::Receiver),

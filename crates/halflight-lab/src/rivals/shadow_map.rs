@@ -140,7 +140,7 @@ impl ShadowMap {
     pub(super) fn reach(&self, seen: &Seen) -> f32 {
         let half = 0.5 * (self.edges[0].abs() + self.edges[1].abs()) / self.texel;
         let whole = self.levels.last().map_or(0.0, |(_, level)| level[0]);
-        // What is nearer lies in a smaller part of the map, where the nearest surface may be farther away.
+        // Nearer surfaces lie in a smaller part of the map, where the nearest surface may be farther away.
         (0..3).fold((whole - seen.inverse).max(0.0), |nearer, _| {
             let (low, high) = (seen.place - half * nearer - 1.0, seen.place + half * nearer + 1.0);
             (self.largest(low, high) - seen.inverse).clamp(0.0, nearer)
@@ -168,7 +168,7 @@ impl ShadowMap {
     /// nothing is nearer than the receiver. `nearer` is the inverse depth by which blockers are assumed to be nearer. Places
     /// are spread over a texel more, so that texels do not show.
     ///
-    /// What lies on or behind the receiver's tangent plane hides nothing (receiver-plane depth bias, Isidoro 2006).
+    /// Geometry on or behind the receiver's tangent plane hides nothing (receiver-plane depth bias, Isidoro 2006).
     #[inline(always)]
     pub(super) fn blockers(&self, seen: &Seen, nearer: f32, places: &[[f32; LANES]; 2]) -> [f32; LANES] {
         let [u, v] = self.edges.map(|edge| edge / self.texel * nearer);

@@ -9,7 +9,7 @@
 //! 2. À-trous passes with 5 × 5 taps that lie 1, 2, 4 … pixels apart, weighted by surface and by the difference of
 //!    fractions in standard deviations (§4.3, §4.4). The variance is filtered along.
 //!
-//! What differs from the paper: depths are compared as distances from the tangent plane, which the G-buffer knows exactly,
+//! Differences from the paper: depths are compared as distances from the tangent plane, which the G-buffer knows exactly,
 //! instead of screen-space gradients; `exp(−x)` is `(1 − x/16)¹⁶`, 0 from 16 on; blocks without variance are copied.
 
 use halflight_core::camera::View;
@@ -64,7 +64,7 @@ pub(super) struct Svgf {
     next: [Vec<f32>; 2],
 }
 
-/// What is known of each pixel, with free pixels around the image, whose normals are zero: they have no weight.
+/// Knowledge of each pixel, with free pixels around the image, whose normals are zero: they have no weight.
 #[derive(Default)]
 struct Planes {
     /// Pixels in a row with its free ones.
