@@ -11,6 +11,9 @@ const TANGENT_PLANE: &str = "halflight-cpu/src/tangent_plane.rs";
 const LATTICE: &str = "halflight-cpu/src/refine/lattice/mod.rs";
 const SPLIT_TEST: &str = "halflight-cpu/src/refine/lattice/split_test.rs";
 const DENOISE: &str = "halflight-cpu/src/refine/lattice/denoise.rs";
+const SPECULAR: &str = "halflight-cpu/src/specular.rs";
+const LOBE: &str = "halflight-cpu/src/specular/lobe.rs";
+const LOBE_CELLS: &str = "halflight-cpu/src/specular/cells.rs";
 const SEEN: &str = "halflight-cpu/src/textured/seen.rs";
 const STATS: &str = "halflight-gpu/src/stats.rs";
 
@@ -43,6 +46,21 @@ const PAIRS: &[Pair] = &[
     (("shared/smoothing", "FROM_ONE"), (DENOISE, "FROM_ONE")),
     (("shared/smoothing", "FROM_SEVERAL"), (DENOISE, "FROM_SEVERAL")),
     (("shared/smoothing", "AGREED"), ("halflight-cpu/src/refine/lattice/error_estimate.rs", "AGREED")),
+    (("textured/strata", "FEWEST"), ("halflight-gpu/src/textured.rs", "FEWEST")),
+    (("textured/strata", "FEWEST"), (TARGET, "LEAST_SIDE")),
+    (("specular/lobe", "LEAST_ALPHA"), (LOBE, "LEAST_ALPHA")),
+    (("specular/lobe", "LEAST_COSINE"), (LOBE, "LEAST_COSINE")),
+    (("specular/cells", "WIDE_ELLIPSE"), (LOBE_CELLS, "WIDE_ELLIPSE")),
+    (("specular/cells", "NARROW_ELLIPSE"), (LOBE_CELLS, "NARROW_ELLIPSE")),
+    (("specular/cells", "NARROW"), (LOBE_CELLS, "NARROW")),
+    (("specular/cells", "BY_DISTANCE"), (LOBE_CELLS, "BY_DISTANCE")),
+    (("specular/cells", "BY_ANGLE"), (LOBE_CELLS, "BY_ANGLE")),
+    (("specular/cells", "MOST_HALVINGS"), (LOBE_CELLS, "MOST_HALVINGS")),
+    (("specular/cells", "MOST_CELLS"), (LOBE_CELLS, "MOST_CELLS")),
+    (("specular/reflect", "LEAST_RAYS"), (SPECULAR, "LEAST_RAYS")),
+    (("specular/reflect", "MOST_RAYS"), (SPECULAR, "MOST_RAYS")),
+    (("specular/reflect", "LOBES"), (SPECULAR, "LOBES")),
+    (("shared/counters", "LOBE_RAYS"), (STATS, "LOBE_RAYS")),
     (("textured/seen", "UNIFORM"), (SEEN, "UNIFORM")),
     (("textured/seen", "DISTANCE"), (SEEN, "DISTANCE")),
     (("resolve_smooth", "RISE"), ("halflight-core/src/smooth.rs", "RISE")),
@@ -68,8 +86,12 @@ fn number(text: &str) -> Option<f64> {
         return Some(number(above)? / number(below)?);
     }
     let text = text.trim().replace('_', "");
-    let digits = ["u32", "f32", "f64", "u"].iter().find_map(|suffix| text.strip_suffix(suffix));
-    digits.unwrap_or(&text).parse().ok()
+    let suffixes = ["u32", "u16", "u8", "f32", "f64", "u"];
+    let digits = suffixes.iter().find_map(|suffix| text.strip_suffix(suffix)).unwrap_or(&text);
+    match digits.strip_prefix("0x") {
+        Some(digits) => u32::from_str_radix(digits, 16).ok().map(f64::from),
+        None => digits.parse().ok(),
+    }
 }
 
 /// Value of `const NAME: type = value;` in a file.
@@ -87,7 +109,9 @@ fn shaders_have_the_constants_of_the_rust_code() {
     for &((shader, there), (file, here)) in PAIRS {
         let shader = format!("crates/halflight-gpu/shaders/{shader}.wgsl");
         let (found, expected) = (constant(&shader, there), constant(&format!("crates/{file}"), here));
-        assert_eq!(found as f32, expected as f32, "{there} in {shader}, {here} in {file}");
+        // Fractions are single precision in shaders; whole numbers have all their digits.
+        let equal = found == expected || found.fract() != 0.0 && found as f32 == expected as f32;
+        assert!(equal, "{there} in {shader} is {found}, {here} in {file} {expected}");
     }
 }
 
@@ -105,6 +129,7 @@ fn shaders_assume_the_errors_that_the_rust_code_does() {
 fn the_reader_of_constants_tells_numbers_apart() {
     assert_eq!(number("65_535"), Some(65_535.0));
     assert_eq!(number("1.0 / 64.0"), number("0.015625"));
+    assert_eq!(number("0xff_11u"), Some(65_297.0));
     assert_ne!(number("0.12"), number("0.13"));
     assert_eq!((number("SIDE * SIDE"), number("5.96e-8")), (None, Some(5.96e-8)));
 }

@@ -179,7 +179,7 @@ fn wrong_shaders_are_noticed() {
         ["textured/seen", "cell_emission(grid, cell)", "cell_emission(grid, cell.yx)"],
     ];
     let of_good = [
-        ["textured/strata", "(2u * columns - 1u) / 6u", "(2u * columns) / 6u"],
+        ["textured/strata", "(2u * number - 1u) / 6u", "(2u * number) / 6u"],
         ["textured/value", "channels[place]", "channels[place + 1u]"],
         ["textured/lattice_smooth", "fractions += pair;", "fractions += 2.0 * pair;"],
         ["textured/noise", "differ), squares, dot3", "differ), 100.0 * squares, dot3"],

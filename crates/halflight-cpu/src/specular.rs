@@ -32,7 +32,8 @@ use visible::Tracer;
 const TASK: usize = 256;
 
 /// Least and most shadow rays of a lobe.
-const RAYS: (usize, usize) = (16, 4096);
+const LEAST_RAYS: usize = 16;
+const MOST_RAYS: usize = 4096;
 
 /// Distinguishes the random numbers of lobes from those of light samples.
 const LOBES: u32 = 0x5bec_0a11;
@@ -116,7 +117,7 @@ impl<'a> LobeLight<'a> {
         let (visible, rays) = match known {
             Some(visible) => (visible, 0),
             None => {
-                let count = self.rays.clamp(RAYS.0, RAYS.1);
+                let count = self.rays.clamp(LEAST_RAYS, MOST_RAYS);
                 let occluders = Occluders { bvh: self.bvh, mesh: &self.frame.scene.mesh };
                 scratch.tracer.visible(occluders, &emitter, &lobe, &scratch.cells, origin, count, key)
             }

@@ -178,7 +178,7 @@ impl Renderer {
         let camera = self.scene.camera;
         check_scene(&Scene { lights: lights.to_vec(), light_textures, camera, ..Scene::default() })?;
         let before = std::mem::replace(&mut self.scene.lights, lights.to_vec());
-        self.place_lights().inspect_err(|_| self.scene.lights = before)
+        self.place_lights(true).inspect_err(|_| self.scene.lights = before)
     }
 
     /// Replaces the lights of the scene and their textures, as for the next frame of a video; otherwise as [`Renderer::set_lights`].
@@ -239,14 +239,19 @@ impl Renderer {
     fn upload_geometry(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), GpuError> {
         self.scene.mesh.validate().map_err(PipelineError::from)?;
         let (lights, flush) = (self.lights.clone(), self.flush.clone());
-        self.place_lights()?;
+        self.place_lights(false)?;
         let updated = self.scene_buffers.update(&self.memory, encoder, &self.scene.mesh);
         updated.inspect_err(|_| (self.lights, self.flush) = (lights, flush))
     }
 
-    /// Moves the lights of the scene off the triangles that they are flush with, and makes room for them.
-    fn place_lights(&mut self) -> Result<(), GpuError> {
+    /// Moves the lights of the scene off the triangles that they are flush with, and makes room for them where they have `changed`.
+    fn place_lights(&mut self, changed: bool) -> Result<(), GpuError> {
         let (lights, flush) = separate_lights(&self.scene, None);
+        if !changed {
+            // What they emit does not depend on the geometry.
+            (self.lights, self.flush) = (lights, flush);
+            return Ok(());
+        }
         refuse_lights(&lights, self.spheres)?;
         self.stages.prepare_lights(&self.memory.device, &lights)?;
         let (width, height) = self.size();

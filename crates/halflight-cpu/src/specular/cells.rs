@@ -14,7 +14,8 @@ use super::lobe::{Lobe, Shares};
 use crate::multiversion::multiversion;
 
 /// Corners of the polygons that stand for an ellipse: for wide lobes, and for narrow ones, which show its edge.
-const ELLIPSE: (usize, usize) = (12, 32);
+const WIDE_ELLIPSE: usize = 12;
+const NARROW_ELLIPSE: usize = 32;
 
 /// Width of a narrow lobe in angles that the light subtends.
 const NARROW: f32 = 0.25;
@@ -166,7 +167,7 @@ impl Outline {
         let square = || vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
         match light.extent() {
             Extent::Whole => Self { fine: square(), coarse: square() },
-            Extent::Ellipse => Self { fine: circle(ELLIPSE.1), coarse: circle(ELLIPSE.0) },
+            Extent::Ellipse => Self { fine: circle(NARROW_ELLIPSE), coarse: circle(WIDE_ELLIPSE) },
             Extent::Polygon(_) => {
                 let LightFrame { origin, u, v } = light.frame();
                 let corners = match &light.shape {

@@ -2,9 +2,8 @@
 // mean of the sum of squares of red, green and blue.
 //@ reads emitted
 
-// Number of strata of all patterns of fewer columns that the error target may choose, if there were any from 1
-// on: Σ k² below 4.
-const SKIPPED_STRATA: u32 = 14u;
+// Fewest columns of patterns that the device chooses.
+const FEWEST: u32 = 4u;
 
 // Index of the first stratum of the pattern. Patterns that a device chooses are squares, stored by their number of
 // columns.
@@ -12,6 +11,10 @@ fn strata_first() -> u32 {
     if frame.texture.z == 0u {
         return frame.texture.y;
     }
-    let columns = frame.pattern.columns;
-    return frame.texture.y + (columns - 1u) * columns * (2u * columns - 1u) / 6u - SKIPPED_STRATA;
+    return frame.texture.y + squares_below(frame.pattern.columns) - squares_below(FEWEST);
+}
+
+// Sum of the squares of all numbers below one.
+fn squares_below(number: u32) -> u32 {
+    return (number - 1u) * number * (2u * number - 1u) / 6u;
 }
