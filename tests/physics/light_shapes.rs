@@ -8,7 +8,6 @@ use halflight::glam::{DVec3, Vec3};
 use halflight::irradiance::Shading;
 use halflight::light::{AreaLight, Extent};
 use halflight::pattern::PatternKind;
-use halflight::pipeline::Image;
 use halflight::refine::Quality;
 use halflight::scene::Scene;
 use halflight::unshadowed::unshadowed;
