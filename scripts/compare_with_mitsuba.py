@@ -7,16 +7,17 @@
 Both sides take rays through pixel centres. Mitsuba's image is the mean of two renders with seeds of their own; their difference is its
 noise. Printed are the NMSE2 of halflight's image against that mean, the part of it that is Mitsuba's noise, and the ratio of the means.
 
-Read are scene files with OBJ meshes (`file`, `transform`, `albedo`, `smooth = "off"`, `metallic = 1` with `roughness`), the generators open-floor and contact, and lights of
-every shape. Anything else that would change the image is refused by name. Needs Python 3.11, numpy and mitsuba (python3 -m pip install
-numpy mitsuba); the variant scalar_rgb needs no LLVM.
+Read are scene files with OBJ meshes, the generators open-floor and contact, and lights of every shape (docs/mitsuba.md). Anything else that
+would change the image is refused by name. Needs Python 3.11, numpy and mitsuba (python3 -m pip install numpy mitsuba); the variant
+scalar_rgb needs no LLVM.
 """
 import argparse
 import pathlib
 import sys
 
 import scene_file
-from scene_file import Refused
+import surfaces
+from obj_file import Mesh, Refused
 
 
 def arguments():
@@ -29,40 +30,32 @@ def arguments():
                         help="quantity: R, G, B with materials, or irradiance without [default: radiance]")
     parser.add_argument("--conductor", type=float, nargs=2, metavar=("F0", "ROUGHNESS"),
                         help="make all surfaces rough conductors of this reflectance at normal incidence")
+    parser.add_argument("--change", action="append", default=[], metavar="KEY=VALUE",
+                        help="replace a value of the scene file for Mitsuba alone, such as light.0.radius=0.63: a control, which must differ")
     parser.add_argument("--out", type=pathlib.Path, help="write Mitsuba's image as OpenEXR")
     return parser.parse_args()
 
 
-def diffuse(albedo):
-    """Lambertian surface, on both sides."""
-    reflectance = {"type": "rgb", "value": [float(channel) for channel in albedo]}
-    return {"type": "twosided", "inner": {"type": "diffuse", "reflectance": reflectance}}
-
-
-def conductor(f0, roughness):
-    """Rough conductor with the GGX distribution, on both sides. `f0` is one number or three; alpha is the square of the roughness. Without
-    a material Mitsuba's Fresnel term is 1, so that `f0` is a constant factor: the comparison holds for reflectances of 1 and, elsewhere, away
-    from grazing angles."""
-    f0 = [float(f0)] * 3 if isinstance(f0, (int, float)) else [float(channel) for channel in f0]
-    inner = {
-        "type": "roughconductor", "distribution": "ggx", "material": "none", "alpha": max(float(roughness) ** 2, 1e-4),
-        "specular_reflectance": {"type": "rgb", "value": f0},
-    }
-    return {"type": "twosided", "inner": inner}
-
-
-def triangles(mi, numpy, name, positions, faces, beside):
-    """Mitsuba mesh with flat triangles; `beside` holds its BSDF or emitter."""
+def triangles(mi, numpy, name, mesh, faces, beside):
+    """Mitsuba mesh of some triangles, flat where the mesh has no normals; `beside` holds its BSDF or emitter."""
     properties = mi.Properties()
     for key, value in beside.items():
         properties[key] = mi.load_dict(value)
-    properties["face_normals"] = True
-    mesh = mi.Mesh(name, len(positions), len(faces), props=properties)
-    parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = numpy.asarray(positions, numpy.float32).ravel()
+    smooth = mesh.normals is not None
+    properties["face_normals"] = not smooth
+    placed = mi.Mesh(name, len(mesh.positions), len(faces), props=properties, has_vertex_normals=smooth,
+                     has_vertex_texcoords=mesh.uvs is not None)
+    parameters = mi.traverse(placed)
+    parameters["vertex_positions"] = numpy.asarray(mesh.positions, numpy.float32).ravel()
     parameters["faces"] = numpy.asarray(faces, numpy.uint32).ravel()
+    if mesh.uvs is not None:
+        parameters["vertex_texcoords"] = numpy.asarray(mesh.uvs, numpy.float32).ravel()
     parameters.update()
-    return mesh
+    if smooth:
+        # After the positions, which would have normals computed anew.
+        parameters["vertex_normals"] = numpy.asarray(mesh.normals, numpy.float32).ravel()
+        parameters.update()
+    return placed
 
 
 def placed(mi, numpy, u, v, centre):
@@ -89,7 +82,7 @@ def texture(mi, numpy, light, channel):
     return {"type": "bitmap", "bitmap": bitmap, "raw": True, "filter_type": "nearest", "wrap_mode": "clamp"}
 
 
-def emitter(mi, numpy, light, channel):
+def emitter(mi, numpy, scene, light, channel):
     """Shape of a light with its emitter; of a textured one in one channel."""
     radiance = {"type": "rgb", "value": [float(channel) for channel in light.radiance]}
     if light.texture:
@@ -97,7 +90,11 @@ def emitter(mi, numpy, light, channel):
     area = {"type": "area", "radiance": radiance}
     if light.shape == "polygon":
         faces = [(0, corner, corner + 1) for corner in range(1, len(light.points) - 1)]
-        return triangles(mi, numpy, "light", light.points, faces, {"emitter": area})
+        return triangles(mi, numpy, "light", Mesh(light.points, []), faces, {"emitter": area})
+    if light.shape == "faces":
+        mesh, part = light.part
+        mesh = scene.meshes[mesh]
+        return triangles(mi, numpy, "light", Mesh(mesh.positions, []), mesh.parts[part][1], {"emitter": area})
     if light.shape == "sphere":
         return mi.load_dict({"type": "sphere", "center": [float(x) for x in light.centre], "radius": float(light.radius), "emitter": area})
     kind = "rectangle" if light.shape == "parallelogram" else "disk"
@@ -116,9 +113,26 @@ def read_layer(mi, numpy, path, layer):
     return numpy.stack([pixels[:, :, names.index(name)] for name in wanted], 2)
 
 
-def render(mi, numpy, world, rays, samples, seed):
+def integrators(mi, samples, holes):
+    """Mitsuba's integrator and the number of its samples that are averaged. `direct` takes all light samples at once, and takes what has
+    holes for solid; `volpath` takes one, and lets light through holes."""
+    if holes:
+        return mi.load_dict({"type": "volpath", "max_depth": 2, "rr_depth": 100, "hide_emitters": True}), samples
+    return mi.load_dict({"type": "direct", "emitter_samples": samples, "bsdf_samples": 0, "hide_emitters": True}), 1
+
+
+def first_hit(world, ray):
+    """Surface that a ray meets first, through holes."""
+    while True:
+        hit = world.ray_intersect(ray)
+        if not hit.is_valid() or hit.bsdf(ray).eval_null_transmission(hit)[0] == 0:
+            return hit
+        ray = hit.spawn_ray(ray.d)
+
+
+def render(mi, numpy, world, rays, samples, seed, holes):
     """Light from the one emitter of a scene along rays; NaN where the emitter itself is seen."""
-    integrator = mi.load_dict({"type": "direct", "emitter_samples": samples, "bsdf_samples": 0, "hide_emitters": True})
+    integrator, repeats = integrators(mi, samples, holes)
     sampler = mi.load_dict({"type": "independent"})
     sampler.seed(seed)
     origin, directions = rays
@@ -128,33 +142,45 @@ def render(mi, numpy, world, rays, samples, seed):
     for y in range(height):
         for x in range(width):
             ray = mi.RayDifferential3f(origin, mi.Vector3f(*map(float, directions[y, x])))
-            hit = world.ray_intersect(ray)
+            hit = first_hit(world, ray)
             if hit.is_valid() and hit.shape.is_emitter():
                 image[y, x] = numpy.nan
             elif hit.is_valid():
-                image[y, x] = numpy.array(integrator.sample(world, sampler, ray)[0])
+                image[y, x] = sum(numpy.array(integrator.sample(world, sampler, ray)[0]) for _ in range(repeats)) / repeats
     return image
+
+
+def surface_of(mi, numpy, material, options):
+    """Mitsuba's surface of a material, without its mask."""
+    if options.conductor:
+        return surfaces.conductor(*options.conductor)
+    if options.layer == "irradiance":
+        return surfaces.diffuse([1, 1, 1])
+    if material.roughness is None:
+        return surfaces.diffuse(material.albedo)
+    if material.metallic == 1 and list(material.albedo) == [1, 1, 1]:
+        return surfaces.conductor(1, material.roughness)
+    return surfaces.gltf(material)
 
 
 def images(mi, numpy, scene, size, options):
     """Mitsuba's two images, each the sum over the lights. Emitters are geometry to Mitsuba, so that each light has a scene of its own."""
-    meshes = []
+    shapes = {}
     for number, mesh in enumerate(scene.meshes):
-        for part, (albedo, faces) in enumerate(mesh.parts):
-            surface = diffuse([1, 1, 1] if options.layer == "irradiance" else albedo)
-            if mesh.metal is not None and options.layer == "radiance":
-                surface = conductor(albedo, mesh.metal)
-            if options.conductor:
-                surface = conductor(*options.conductor)
-            meshes.append(triangles(mi, numpy, f"mesh{number}-{part}", mesh.positions, faces, {"bsdf": surface}))
+        for part, (material, faces) in enumerate(mesh.parts):
+            surface = surface_of(mi, numpy, material, options)
+            if material.mask:
+                surface = surfaces.masked(mi, numpy, surface, material.mask, material.cutoff)
+            shapes[number, part] = triangles(mi, numpy, f"mesh{number}-{part}", mesh, faces, {"bsdf": surface})
+    holes = any(material.mask for mesh in scene.meshes for material, _ in mesh.parts)
     rays = scene.camera.rays(*size)
     sums = [0.0, 0.0]
     passes = [(light, channel) for light in scene.lights for channel in (range(3) if light.texture else [None])]
     for number, (light, channel) in enumerate(passes):
-        shapes = {f"shape{index}": mesh for index, mesh in enumerate(meshes)}
-        world = mi.load_dict({"type": "scene", "light": emitter(mi, numpy, light, channel), **shapes})
+        others = {f"shape{key[0]}-{key[1]}": shape for key, shape in shapes.items() if key != light.part}
+        world = mi.load_dict({"type": "scene", "light": emitter(mi, numpy, scene, light, channel), **others})
         for half in (0, 1):
-            sums[half] = sums[half] + render(mi, numpy, world, rays, options.samples, 2 * number + half)
+            sums[half] = sums[half] + render(mi, numpy, world, rays, options.samples, 2 * number + half, holes)
             print(f"pass {number + 1} of {len(passes)}, half {half + 1} of 2: done", file=sys.stderr, flush=True)
     scale = numpy.pi if options.layer == "irradiance" else 1.0
     return [image * scale for image in sums]
@@ -183,8 +209,12 @@ def main():
     except ImportError as fault:
         sys.exit(f"error: {fault.name} is missing: python3 -m pip install numpy mitsuba")
     mi.set_variant("scalar_rgb")
+    surfaces.register(mi)
     try:
-        scene = scene_file.read(options.scene)
+        changes = [change.split("=", 1) for change in options.change]
+        if any(len(change) != 2 for change in changes):
+            raise Refused("--change expects KEY=VALUE, such as light.0.radius=0.63")
+        scene = scene_file.read(options.scene, changes)
         image = read_layer(mi, numpy, options.image, options.layer)
         height, width, _ = image.shape
         first, second = images(mi, numpy, scene, (width, height), options)

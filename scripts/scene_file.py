@@ -5,12 +5,7 @@ import tomllib
 
 import numpy
 
-# Albedo of materials without Kd, and of meshes without materials.
-GREY = (0.8, 0.8, 0.8)
-
-
-class Refused(Exception):
-    """Content that the comparison does not support."""
+from obj_file import Material, Mesh, Refused, read_obj
 
 
 @dataclasses.dataclass
@@ -36,7 +31,7 @@ class Camera:
 
 @dataclasses.dataclass
 class Light:
-    """One-sided light. `u` and `v` run from the centre to the edges of a parallelogram or along the axes of an ellipse, and the light emits
+    """One-sided light; emissive faces of a mesh have the numbers of the mesh and of the part. `u` and `v` run from the centre to the edges of a parallelogram or along the axes of an ellipse, and the light emits
     along their cross product; polygons emit to where their points run counterclockwise. Spheres have a centre and a radius."""
     shape: str
     radiance: list
@@ -45,6 +40,7 @@ class Light:
     v: numpy.ndarray = None
     points: list = None
     radius: float = None
+    part: tuple = None
     texture: pathlib.Path = None
     encoding: str = "auto"
     transposed: bool = False
@@ -54,14 +50,6 @@ class Light:
         if self.shape == "polygon":
             return dataclasses.replace(self, points=self.points[::-1])
         return dataclasses.replace(self, u=self.v, v=self.u, transposed=not self.transposed)
-
-
-@dataclasses.dataclass
-class Mesh:
-    """Positions, and for each material its albedo and triangles; of metal, its roughness."""
-    positions: numpy.ndarray
-    parts: list
-    metal: float | None = None
 
 
 @dataclasses.dataclass
@@ -86,9 +74,11 @@ def vector(value):
     return numpy.array(value, numpy.float64)
 
 
-def read(path):
-    """Scene of a file."""
+def read(path, changes=()):
+    """Scene of a file. `changes` replace values of it: keys such as `light.0.radius`, and values as in a scene file."""
     table = tomllib.loads(path.read_text())
+    for key, value in changes:
+        change(table, key, value)
     only(table, str(path), ["description", "camera", "light", "mesh"])
     camera = table["camera"]
     camera = Camera(vector(camera["eye"]), vector(camera["target"]), vector(camera.get("up", [0, 1, 0])), camera["fov_y_deg"])
@@ -96,9 +86,25 @@ def read(path):
     for entry in table.get("light", []):
         light = read_light(entry, path.parent)
         lights += [light, light.reversed()] if entry.get("two_sided") else [light]
+    meshes = [read_mesh(entry, path.parent) for entry in table["mesh"]]
+    for number, (entry, mesh) in enumerate(zip(table["mesh"], meshes)):
+        for part, (material, _) in enumerate(mesh.parts):
+            if material.emission and entry.get("emissive") == "lights":
+                lights.append(Light("faces", material.emission, part=(number, part)))
     if not lights:
         raise Refused(f"{path} has no [[light]]")
-    return Scene(camera, lights, [read_mesh(entry, path.parent) for entry in table["mesh"]])
+    return Scene(camera, lights, meshes)
+
+
+def change(table, key, value):
+    """Replaces or adds one value of a scene file."""
+    *path, last = key.split(".")
+    try:
+        for name in path:
+            table = table[int(name)] if isinstance(table, list) else table.setdefault(name, {})
+        table[last] = tomllib.loads(f"value = {value}")["value"]
+    except (AttributeError, IndexError, TypeError, ValueError) as fault:
+        raise Refused(f"the scene file has no place for {key} = {value}: {fault}") from fault
 
 
 def principal_axes(u, v):
@@ -156,82 +162,31 @@ def transformed(positions, transform):
 
 def read_mesh(entry, folder):
     """Mesh of a `[[mesh]]`."""
+    transform = entry.get("transform", {})
     if "generator" in entry:
-        positions, parts = generated(entry)
+        mesh = generated(entry)
     else:
-        only(entry, "[[mesh]]", ["file", "transform", "albedo", "smooth", "crease_deg", "emissive", *SPECULAR])
-        if entry.get("smooth") == "on":
-            raise Refused(f"[[mesh]] {entry['file']} is smooth, expected smooth = \"off\"")
-        if entry.get("emissive") == "lights":
-            raise Refused(f"[[mesh]] {entry['file']} makes lights of emissive faces; write them as [[light]]")
-        positions, parts = read_obj(folder / entry["file"], entry.get("smooth") == "off", "albedo" not in entry)
+        only(entry, "[[mesh]]", ["file", "transform", "albedo", "smooth", "crease_deg", "emissive", "alpha_cutoff", *SPECULAR])
+        mesh = read_obj(folder / entry["file"], entry.get("smooth") == "off", "albedo" not in entry)
+        if entry.get("smooth") == "on" and mesh.normals is None:
+            raise Refused(f"[[mesh]] {entry['file']} has no normals, expected smooth = \"off\" or normals in the file")
+    if mesh.normals is not None and transform.keys() - {"translate", "rotate_deg"}:
+        raise Refused(f"[[mesh]] {entry['file']} has normals and a scale; write smooth = \"off\" or remove the scale")
     if "albedo" in entry:
-        parts = [(entry["albedo"], [face for _, faces in parts for face in faces])]
-    positions = transformed(numpy.array(positions, numpy.float64), entry.get("transform", {}))
-    return Mesh(positions, parts, metal(entry))
-
-
-def metal(entry):
-    """Roughness of a `[[mesh]]` of metal; none of a matte one. Others are refused: Mitsuba has no surface that adds both lobes as halflight does."""
-    if not any(key in entry for key in ("roughness", "metallic", "reflectance")):
-        return None
-    if entry.get("metallic") != 1:
-        raise Refused("[[mesh]] reflects specularly and is no metal, expected metallic = 1 or a matte surface")
-    return entry.get("roughness", 0.5)
-
-
-def read_obj(path, flat, colours):
-    """Positions of an OBJ file, and the albedo and triangles of each of its materials."""
-    if path.suffix.lower() != ".obj":
-        raise Refused(f"[[mesh]] file {path} is no OBJ file")
-    positions, materials, parts, current = [], {}, {}, None
-    for number, line in enumerate(path.read_text().splitlines(), 1):
-        word, *rest = line.split("#")[0].split() or [""]
-        if word == "v":
-            positions.append([float(value) for value in rest[:3]])
-        elif word == "vn" and not flat:
-            raise Refused(f"{path}:{number}: has normals, which the comparison does not shade by; write smooth = \"off\" in the [[mesh]]")
-        elif word == "mtllib" and colours:
-            materials.update(read_mtl(path.parent / " ".join(rest)))
-        elif word == "usemtl":
-            current = " ".join(rest)
-        elif word == "f":
-            ring = [int(corner.split("/")[0]) for corner in rest]
-            ring = [index - 1 if index > 0 else len(positions) + index for index in ring]
-            if len(ring) > 3 and not is_convex([positions[index] for index in ring]):
-                raise Refused(f"{path}:{number}: the face is not convex; divide it into triangles")
-            faces = parts.setdefault(current, [])
-            faces += [(ring[0], ring[corner], ring[corner + 1]) for corner in range(1, len(ring) - 1)]
-    return positions, [(materials.get(name, GREY), faces) for name, faces in parts.items()]
-
-
-def is_convex(ring):
-    """True if a polygon turns to one side at every corner."""
-    points = numpy.array(ring)
-    edges = numpy.roll(points, -1, 0) - points
-    turns = numpy.cross(edges, numpy.roll(edges, -1, 0))
-    return bool((turns @ turns.sum(0) >= 0).all())
-
-
-def read_mtl(path):
-    """Albedo of each material of a library."""
-    albedo, name = {}, None
-    for number, line in enumerate(path.read_text().splitlines(), 1):
-        word, *rest = line.split("#")[0].split() or [""]
-        word = word.lower()
-        if word == "newmtl":
-            name = " ".join(rest)
-            albedo[name] = GREY
-        elif word == "kd":
-            values = [min(max(float(value), 0.0), 1.0) for value in rest[:3]]
-            albedo[name] = values * 3 if len(values) == 1 else values
-        elif word in ("map_kd", "map_d", "map_ks"):
-            raise Refused(f"{path}:{number}: {word} is not supported; give the [[mesh]] an albedo or compare --layer irradiance")
-    return albedo
+        mesh.parts = [(Material(entry["albedo"]), [face for _, faces in mesh.parts for face in faces])]
+    mesh.positions = transformed(numpy.array(mesh.positions, numpy.float64), transform)
+    if mesh.normals is not None:
+        mesh.normals = transformed(mesh.normals, {"rotate_deg": transform.get("rotate_deg", [0, 0, 0])})
+    for material, _ in mesh.parts:
+        material.cutoff = entry.get("alpha_cutoff", 0.5)
+        if entry.get("specular") != "off" and any(key in entry for key in ("roughness", "metallic", "reflectance")):
+            material.roughness, material.metallic = entry.get("roughness", 0.5), entry.get("metallic", 0.0)
+            material.reflectance = entry.get("reflectance", material.reflectance)
+    return mesh
 
 
 def generated(entry):
-    """Positions and parts of a generator that is simple enough."""
+    """Mesh of a generator that is simple enough."""
     name = entry["generator"]
     own = {"open-floor": [], "contact": ["width", "height", "depth"]}
     if name not in own:
@@ -239,7 +194,7 @@ def generated(entry):
     only(entry, f"[[mesh]] generator {name}", ["generator", "transform", "albedo", "smooth", "size", "cells", *SPECULAR, *own[name]])
     half = entry.get("size", 20.0) / 2
     positions = [[-half, 0, -half], [-half, 0, half], [half, 0, half], [half, 0, -half]]
-    parts = [((0.75, 0.75, 0.75), [(0, 1, 2), (0, 2, 3)])]
+    parts = [(Material((0.75, 0.75, 0.75)), [(0, 1, 2), (0, 2, 3)])]
     if name == "contact":
         width, height, depth = (entry.get(key, 1.0) for key in ("width", "height", "depth"))
         # The box reaches into the floor by a hundredth of its height.
@@ -247,5 +202,5 @@ def generated(entry):
         positions += [list(corner) for corner in corners]
         quads = [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
         faces = [tuple(4 + quad[corner] for corner in corners) for quad in quads for corners in ((0, 1, 2), (0, 2, 3))]
-        parts.append(((0.7, 0.45, 0.3), faces))
-    return positions, parts
+        parts.append((Material((0.7, 0.45, 0.3)), faces))
+    return Mesh(positions, parts)

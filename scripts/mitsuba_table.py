@@ -1,0 +1,90 @@
+#!/usr/bin/env python3
+"""Renders the scenes of `scripts/scenes`, compares them with Mitsuba and writes the rows of `results/mitsuba/comparison.csv`.
+
+  python3 scripts/mitsuba_table.py target/debug/halflight
+
+Rows with a change are controls: Mitsuba's scene differs in that one value, and the comparison must find far more than the row of the same
+scene without it. Refuses to run on a working tree that differs from its commit. Needs what compare_with_mitsuba.py needs.
+"""
+import argparse
+import csv
+import os
+import pathlib
+import platform
+import re
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+TABLE = ROOT / "results/mitsuba/comparison.csv"
+
+# Scene, size, Mitsuba's samples a pixel, and changes that must be found.
+ROWS = [
+    ("disk", "160x120", 1024, ["light.0.radius=0.62"]),
+    ("hexagon", "160x120", 1024, ["light.0.radiance=[31, 29, 27]"]),
+    ("screen", "160x120", 1024, ["mesh.0.transform.rotate_deg=[0, 28, 0]"]),
+    ("plate", "160x120", 1024, ["light.0.two_sided=false"]),
+    ("sphere", "160x120", 1024, ["light.0.radius=0.36"]),
+    ("metal-0.6", "160x120", 1024, ["mesh.0.roughness=0.62"]),
+    ("metal-0.3", "160x120", 1024, []),
+    ("metal-0.2", "160x120", 1024, []),
+    ("leaves", "96x72", 1024, ["mesh.0.alpha_cutoff=0.49", "mesh.0.transform.translate=[0.03, 0, 0]"]),
+    ("lamps", "160x120", 1024, ["mesh.0.transform.translate=[0, 0.03, 0]"]),
+    ("smooth-ball", "160x120", 1024, ['mesh.1.smooth="off"']),
+    ("plastic", "96x72", 8192, ["mesh.0.roughness=0.42", "mesh.0.reflectance=[0.06, 0.06, 0.06]"]),
+]
+
+COLUMNS = ["scene", "change", "width", "height", "quality", "mitsuba_samples", "nmse2", "mitsuba_noise", "ratio_of_means", "command", "commit",
+           "machine"]
+
+
+def run(command):
+    """Standard output of a command that must succeed."""
+    return subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
+
+
+def machine():
+    """Processor, cores and system."""
+    lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines() if pathlib.Path("/proc/cpuinfo").exists() else []
+    models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return f"{models[0] if models else platform.processor()}, {os.cpu_count()} cores, {platform.system().lower()}"
+
+
+def rows(halflight, folder):
+    """Rows of the table, one after another."""
+    commit, place = run(["git", "rev-parse", "--short", "HEAD"]).strip(), machine()
+    for scene, size, samples, changes in ROWS:
+        path = f"scripts/scenes/{scene}.toml"
+        render = ["render", path, "--size", size, "--quality", "final", "--antialias", "1", "--out"]
+        image = folder / "image.exr"
+        run([halflight, *render, str(image)])
+        for change in [None, *changes]:
+            compare = ["scripts/compare_with_mitsuba.py", path, "image.exr", "--samples", str(samples)]
+            if change:
+                compare += ["--change", f"'{change}'"]
+            arguments = [str(image) if word == "image.exr" else word.strip("'") for word in compare]
+            text = run([sys.executable, *arguments])
+            values = [re.search(rf"^{name} +(\S+)", text, re.MULTILINE).group(1) for name in ("NMSE2", "of which noise", "ratio of means")]
+            command = f"halflight {' '.join(render)} image.exr; python3 {' '.join(compare)}"
+            yield [scene, change or "", *size.split("x"), "final", samples, *values, command, commit, place]
+            print(scene, change or "", *values, flush=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("halflight", type=lambda path: str(pathlib.Path(path).resolve()), help="the program")
+    halflight = parser.parse_args().halflight
+    if run(["git", "status", "--porcelain", "--untracked-files=no"]).strip():
+        sys.exit("error: the working tree differs from its commit, which the rows would name; commit first")
+    with tempfile.TemporaryDirectory() as folder:
+        found = list(rows(halflight, pathlib.Path(folder)))
+    with TABLE.open("w", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows([COLUMNS, *found])
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except subprocess.CalledProcessError as fault:
+        sys.exit(f"error: {' '.join(fault.cmd)}\n{fault.stderr}")
