@@ -134,3 +134,42 @@ fn rims_before_a_light_are_means() {
         assert_eq!((image.emission[row + 21], image.emission[row + 23]), (Vec3::ZERO, screen().radiance));
     }
 }
+
+/// Lamps before their own faces, which lie aslant to the view: every pixel of a face has the lamp's whole radiance, with and without sub-samples, and a
+/// surface a little before the lamp hides it.
+#[test]
+fn lamps_are_seen_whole_before_their_own_faces() {
+    let (corner, u, v) = (Vec3::new(-1.13, -0.71, 0.37), Vec3::new(2.2, 0.3, -3.1), Vec3::new(0.2, 1.3, 0.4));
+    let lamp = AreaLight::parallelogram(corner, u, v, Vec3::new(6.0, 3.0, 1.5)).visible();
+    let normal = u.cross(v).normalize();
+    // The lamp's face and a wall behind it.
+    let seen = |above: f32, antialias: u32| {
+        let wall = (Vec3::new(-9.0, -9.0, -7.0), Vec3::X * 18.0, Vec3::Y * 18.0);
+        let mesh = quads(&[wall, (corner + normal * above, u, v)]);
+        render(Scene { mesh: Arc::new(mesh), ..scene(vec![lamp]) }, antialias)
+    };
+    let lit = |image: &Image| image.emission.iter().filter(|&&light| light != Vec3::ZERO).count();
+    let partly = |image: &Image| {
+        image.emission.iter().filter(|&&light| light != Vec3::ZERO && light != lamp.radiance).count()
+    };
+    let alone = render(Scene { mesh: Arc::new(quads(&[])), ..scene(vec![lamp]) }, 1);
+    assert!(lit(&alone) > 100);
+    assert_eq!(seen(0.0, 1).emission, alone.emission);
+    for antialias in [4, 8, 16] {
+        let image = seen(0.0, antialias);
+        let edges = partly(&image);
+        assert!(lit(&image) >= lit(&alone) && edges < lit(&alone) / 3, "{antialias}: {edges}");
+        // Pixels inside, those around which all are lit, have all of it.
+        for pixel in (0..(SIZE * SIZE) as usize).filter(|&pixel| image.emission[pixel] != Vec3::ZERO) {
+            let (x, y) = (pixel % SIZE as usize, pixel / SIZE as usize);
+            let around = (y - 1..=y + 1).flat_map(|y| (x - 1..=x + 1).map(move |x| y * SIZE as usize + x));
+            if around.into_iter().all(|pixel| alone.emission[pixel] != Vec3::ZERO) {
+                let light = image.emission[pixel];
+                assert!(light.abs_diff_eq(lamp.radiance, 1e-5), "{antialias}: {x} {y} {light}");
+            }
+        }
+        // Beside the rim of a face a millimetre before the lamp a ray may pass.
+        assert!(lit(&seen(1e-3, antialias)) <= 2);
+    }
+    assert_eq!((lit(&seen(1e-3, 1)), lit(&seen(-1e-3, 1))), (0, lit(&alone)));
+}

@@ -100,6 +100,29 @@ impl<'a> FlatLight<'a> {
     }
 }
 
+/// Height below a surface, relative to the largest coordinate, from which on a light is behind it. A lamp in the plane of its own face, or
+/// of a ceiling, is before it by less ([`flush`](crate::flush)), and both are rounded.
+const BEHIND: f32 = 16.0 / 16_777_216.0;
+
+/// Tangent plane of a surface that the camera sees, relative to the eye.
+struct Facet {
+    point: Vec3,
+    normal: Vec3,
+    slack: f32,
+}
+
+impl Facet {
+    fn new(point: Vec3, normal: Vec3, eye: Vec3) -> Self {
+        let largest = point.abs().max(eye.abs()).max((point + eye).abs()).max_element();
+        Self { point, normal, slack: BEHIND * largest }
+    }
+
+    /// True if the surface hides a point.
+    fn hides(&self, at: Vec3) -> bool {
+        self.normal.dot(at - self.point) < -self.slack
+    }
+}
+
 /// Lights of a scene that the camera sees.
 pub(crate) struct SeenLights<'a> {
     view: View,
@@ -117,16 +140,33 @@ impl<'a> SeenLights<'a> {
         Some(Self { view, lights })
     }
 
-    /// Radiance of the nearest light before `depth` at an offset from the centre of a pixel; none where there is no light.
-    pub(crate) fn before(&self, depth: f32, x: usize, y: usize, offset: Vec2) -> Option<Vec3> {
-        let (x, y) = (x as f64 + 0.5 + f64::from(offset.x), y as f64 + 0.5 + f64::from(offset.y));
-        let d = self.view.through(x, y);
-        let found = self.lights.iter().filter_map(|light| light.along(d)).filter(|(t, _)| *t < depth);
+    /// Radiance of the nearest light that an entry of a G-buffer does not hide, seen at an offset from the centre of a pixel; none where there is no light.
+    /// The surface lies in its tangent plane around the point that the ray at `own` offset meets.
+    pub(crate) fn before(
+        &self,
+        seen: &GBuffer,
+        entry: usize,
+        pixel: [usize; 2],
+        own: Vec2,
+        offset: Vec2,
+    ) -> Option<Vec3> {
+        let through = |offset: Vec2| {
+            let [x, y] = pixel.map(|at| at as f64 + 0.5);
+            self.view.through(x + f64::from(offset.x), y + f64::from(offset.y))
+        };
+        let d = through(offset);
+        let depth = seen.depth[entry];
+        let facet = depth.is_finite().then(|| {
+            let point = if own == offset { d * depth } else { through(own) * depth };
+            Facet::new(point, seen.normal[entry], self.view.eye)
+        });
+        let hidden = |t: f32| facet.as_ref().is_some_and(|facet| facet.hides(d * t));
+        let found = self.lights.iter().filter_map(|light| light.along(d)).filter(|&(t, _)| !hidden(t));
         found.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, radiance)| radiance)
     }
 
     /// Replaces the radiance of pixels by that of lights before their surfaces, as a mean over `offsets` from the pixels' centres, and writes the part
-    /// that lights emit. The surface has its distance at the centre everywhere. Offsets whose bit `traced` has, a word a pixel, take no part; empty, it
+    /// that lights emit. The surface lies in its tangent plane everywhere. Offsets whose bit `traced` has, a word a pixel, take no part; empty, it
     /// has none.
     pub(crate) fn add(
         &self,
@@ -145,11 +185,11 @@ impl<'a> SeenLights<'a> {
         rows.for_each(|(y, (radiance, emission))| {
             for (x, (radiance, emission)) in radiance.iter_mut().zip(emission).enumerate() {
                 let pixel = y * width + x;
-                let (depth, traced) = (gbuffer.depth[pixel], traced.get(pixel).copied().unwrap_or(0));
+                let traced = traced.get(pixel).copied().unwrap_or(0);
                 let (mut seen, mut others, mut all) = (Vec3::ZERO, 0, 0);
                 for (_, &offset) in offsets.iter().enumerate().filter(|(bit, _)| traced >> bit & 1 == 0) {
                     all += 1;
-                    match self.before(depth, x, y, offset) {
+                    match self.before(gbuffer, pixel, [x, y], Vec2::ZERO, offset) {
                         Some(emitted) => seen += emitted,
                         None => others += 1,
                     }

@@ -1,6 +1,6 @@
 // Adds a light that the camera sees, per pixel: from the ray of the pixel's centre to the radiance and the distance of the nearest
 // light before the surface (halflight-cpu/src/emission.rs). `emission_at` is that of a uniform or of a textured light.
-//@ needs shared/light
+//@ needs shared/light shared/surface
 //@ reads position
 //@ writes emission
 
@@ -28,12 +28,23 @@ fn see(@builtin(global_invocation_id) at: vec3<u32>) {
     if t <= 0.0 {
         return;
     }
-    let depth = position[pixel].w;
     let nearest = emission[pixel].w;
-    // Below 0 there is no surface; 0 stands for no light.
-    if (depth < 0.0 || t < depth) && (nearest == 0.0 || t < nearest) {
+    // 0 stands for no light.
+    if !hidden(pixel, d * t) && (nearest == 0.0 || t < nearest) {
         emission[pixel] = vec4(emission_at(place), t);
     }
+}
+
+// Height below a surface, relative to the largest coordinate, from which on a light is behind it: more than the CPU's, since points have been moved off their
+// surfaces.
+const BEHIND: f32 = 32.0 / 16777216.0;
+
+// True if the surface of a pixel hides a point, relative to the eye. Without a surface the depth is below 0.
+fn hidden(pixel: u32, at: vec3<f32>) -> bool {
+    let point = position[pixel];
+    let sizes = max(max(abs(point.xyz), abs(frame.eye)), abs(point.xyz - frame.eye));
+    let slack = BEHIND * max(max(sizes.x, sizes.y), sizes.z);
+    return point.w >= 0.0 && dot3(normal_at(pixel), at - (point.xyz - frame.eye)) < -slack;
 }
 
 // Parameter where a ray along `d` from the eye meets the plane of a flat light; 0 where it points away from it, or along it.

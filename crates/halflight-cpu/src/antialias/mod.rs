@@ -129,8 +129,8 @@ impl Antialias {
                 let (pixel, offset) = (sample.pixel as usize, usize::from(sample.offset));
                 traced[pixel] |= 1 << offset;
                 let (x, y) = (pixel % width as usize, pixel / width as usize);
-                let depth = samples.surfaces.depth[entry];
-                if let Some(radiance) = lights.before(depth, x, y, offsets[offset]) {
+                let at = offsets[offset];
+                if let Some(radiance) = lights.before(&samples.surfaces, entry, [x, y], at, at) {
                     sums[edge] += radiance;
                     emitted[edge] += radiance;
                     sources[entry] = Source::Background;
