@@ -19,6 +19,7 @@ mod limits;
 mod masks;
 mod moving;
 mod outside;
+mod present;
 mod rays;
 mod refiners;
 mod robust;

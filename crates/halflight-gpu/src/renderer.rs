@@ -20,13 +20,14 @@ use crate::buffers::Buffers;
 use crate::emission;
 use crate::error::GpuError;
 use crate::frame::{Frame, Key};
+use crate::gbuffer::Surfaces;
 use crate::gpu::check_limits;
 use crate::inputs::{Inputs, Inside};
 use crate::light::sides;
 use crate::masked::Parted;
 use crate::memory::Memory;
 use crate::pass::Compiler;
-use crate::present::Present;
+use crate::present::{Present, Purpose};
 use crate::recorder::Recorder;
 use crate::scene::SceneBuffers;
 use crate::shader::shader_module;
@@ -60,6 +61,8 @@ pub struct Renderer {
     buffers: Buffers,
     clock: Option<Clock>,
     present: Option<Present>,
+    /// True if the caller has drawn the surfaces of the last frame, whose albedo is not known then.
+    white: bool,
 }
 
 impl Renderer {
@@ -149,6 +152,7 @@ impl Renderer {
             stages,
             clock: Clock::new(device, queue),
             present: None,
+            white: false,
         })
     }
 
@@ -388,24 +392,33 @@ impl Renderer {
             Recorder { encoder, device, buffers, lights, textured: false, clock: clock.as_mut() };
         recorder.clear(Slot::Counters);
         stages.record(&mut recorder, &inputs.surfaces, scene_buffers.corners);
+        self.white = matches!(inputs.surfaces, Surfaces::Points { .. } | Surfaces::Depths { .. });
         Ok(())
     }
 
-    /// Records a copy of the image to a texture of this format that can be rendered to.
+    /// Records a picture of the last frame in a texture of this format that can be rendered to: the radiance of each pixel, W/m²/sr, which is
+    /// albedo/π times the [image](Self::image), with what is reflected [specularly](Self::specular), or of the light that the pixel
+    /// [sees](Self::emission). After frames whose surfaces the caller has drawn ([`Surfaces::Points`] and [`Surfaces::Depths`]) the albedo
+    /// is 1.
+    ///
+    /// A radiance of 1 is white, as in the pictures of `halflight render`: formats of fixed range get sRGB values from 0 to 1, by the device for formats
+    /// that end in `Srgb` and by the shader for others. Formats of floats get the radiance itself.
     ///
     /// # Errors
-    /// A shader cannot be read.
+    /// A shader cannot be read, or the device does not allow 4 storage buffers in a stage.
     pub fn present(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         target: &wgpu::TextureView,
         format: wgpu::TextureFormat,
     ) -> Result<(), GpuError> {
-        let present = match self.present.take().filter(|present| present.format == format) {
+        let (glossy, lamps) = (self.stages.is_glossy(), emission::any_visible(&self.lights));
+        let purpose = Purpose { format, glossy, lamps, white: self.white };
+        let present = match self.present.take().filter(|present| present.purpose == purpose) {
             Some(present) => present,
             None => Present::new(
                 &Compiler { device: &self.memory.device, textured: false, replaced: &[] },
-                format,
+                purpose,
             )?,
         };
         present.record(&self.memory.device, encoder, &self.buffers, target);
