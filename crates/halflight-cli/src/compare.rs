@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use halflight_core::glam::Vec3;
-use halflight_image::{ExrFile, VISIBILITY, Window, layer_in_words, memory, picture};
+use halflight_image::{DEFAULT_LAYER, ExrFile, VISIBILITY, Window, layer_in_words, memory, picture};
 use halflight_lab::program::{print, say};
 use halflight_metrics::{CompareError, Comparison, Image, compare, is_standard_output, write_png};
 
@@ -50,12 +50,16 @@ pub(crate) fn run(args: &Compare) -> Outcome {
     Ok(())
 }
 
+/// Layers of light that reaches the camera: pixels take part where the reference sees a surface at their centre, and where either image has
+/// light. Of other layers, which are of surfaces at pixels' centres, only the former do.
+const LIGHT: [&str; 3] = [DEFAULT_LAYER, "radiance", "emission"];
+
 /// Images that are compared.
 struct Pair {
     window: Window,
     image: Vec<Vec3>,
     reference: Vec<Vec3>,
-    /// Pixels that take part: those where the reference sees something, if it has depths.
+    /// Pixels that take part, if the reference has depths.
     mask: Option<Vec<bool>>,
     /// Visible fractions of the light in the reference, if it has them.
     fractions: Option<Vec<f32>>,
@@ -80,11 +84,17 @@ impl Pair {
         let seen = reference.plane("depth", "Z").ok().map(|depth| reference.crop(depth, &window));
         let fractions = reference.layer(VISIBILITY).ok();
         let fractions = fractions.map(|layer| layer.iter().map(|channels| channels.x).collect::<Vec<_>>());
+        let (pixels, truth) = (image.crop(&pixels, &window), reference.crop(&truth, &window));
+        // Beside surfaces there are lamps, and parts of surfaces that the centre misses.
+        let beside = |pixel: usize| {
+            LIGHT.contains(&layer) && (pixels[pixel] != Vec3::ZERO || truth[pixel] != Vec3::ZERO)
+        };
+        let takes_part = |(pixel, depth): (usize, &f32)| depth.is_finite() || beside(pixel);
         Ok(Self {
             window,
-            image: image.crop(&pixels, &window),
-            reference: reference.crop(&truth, &window),
-            mask: seen.map(|depth| depth.iter().map(|depth| depth.is_finite()).collect()),
+            mask: seen.map(|depth| depth.iter().enumerate().map(takes_part).collect()),
+            image: pixels,
+            reference: truth,
             fractions: fractions.map(|fractions| reference.crop(&fractions, &window)),
             words,
         })

@@ -171,3 +171,43 @@ fn what_is_no_openexr_image_is_told_by_its_kind() {
         assert!(message.contains(words), "{file}: {message}");
     }
 }
+
+/// Lamps before the sky and pixels that only partly see a surface are light that reaches the camera, though their centres see no surface.
+#[test]
+fn lamps_and_mixed_pixels_count_in_the_radiance_alone() {
+    use halflight_core::glam::Vec3;
+    use halflight_image::ExrFile;
+    let place = Place::new("lamps");
+    // A surface, a lamp, a mixed pixel that the image lacks, and sky.
+    let write = |name: &str, lamp: f32, mixed: f32| {
+        let grey = |values: [f32; 4]| values.map(Vec3::splat);
+        let mut file = ExrFile::new(4, 1, Value::Null);
+        file.add_resolved_light(&grey([2.0, 0.0, 9.0, 0.0]), &grey([1.0, lamp, mixed, 0.0]));
+        file.add_parts(&[], &[], &grey([0.0, lamp, 0.0, 0.0]));
+        file.add_plane("depth", "Z", vec![1.0, f32::INFINITY, f32::INFINITY, f32::INFINITY]);
+        file.write(&place.path(name)).unwrap();
+    };
+    write("truth.exr", 3.0, 0.5);
+    write("no-lamp.exr", 0.0, 0.5);
+    write("no-edge.exr", 3.0, 0.0);
+    // Squared errors over the squares of the surface, the lamp and the mixed pixel.
+    let whole = 1.0 + 9.0 + 0.25;
+    for (image, layer, expected) in [
+        ("no-lamp.exr", "radiance", 9.0 / whole),
+        ("no-edge.exr", "radiance", 0.25 / whole),
+        ("no-lamp.exr", "emission", 1.0),
+        // Of surfaces: the first pixel alone.
+        ("no-lamp.exr", "irradiance", 0.0),
+        ("no-edge.exr", "irradiance", 0.0),
+        ("truth.exr", "radiance", 0.0),
+    ] {
+        let (found, _) = compared(&place, &format!("{image} truth.exr --layer {layer}"));
+        // Values are in single precision.
+        assert!((found - expected).abs() < 1e-6, "{image} {layer}: {found} {expected}");
+        let (back, _) = compared(&place, &format!("truth.exr {image} --layer irradiance"));
+        assert_eq!(back, 0.0);
+    }
+    // Light that the reference lacks counts as well, relative to the surface and the mixed pixel.
+    let (found, _) = compared(&place, "truth.exr no-lamp.exr --layer radiance");
+    assert!((found - 9.0 / 1.25).abs() < 1e-5, "{found}");
+}
