@@ -11,7 +11,7 @@ use crate::args::{Cli, SceneArg};
 use crate::scene::{self, Ready};
 
 pub(crate) fn run(args: &SceneArg) -> Outcome {
-    let Ready { prepared, animation, report } = scene::load(&args.scene)?;
+    let Ready { prepared, animation, report, flush } = scene::load(&args.scene)?;
     let (scene, bvh) = (prepared.scene(), prepared.bvh());
     let mut out = String::new();
     writeln!(out, "triangles  {} ({} vertices)", scene.mesh.triangle_count(), scene.mesh.positions.len())?;
@@ -47,11 +47,18 @@ pub(crate) fn run(args: &SceneArg) -> Outcome {
         };
         writeln!(
             out,
-            "light {index}    {form}, {:.3} m², radiance {} W/m²/sr{}{}",
+            "light {index}    {form}, {:.3} m², radiance {} W/m²/sr{}{}{}{}",
             light.area(),
             light.radiance,
             if light.two_sided { ", two-sided" } else { "" },
-            texture.map_or(String::new(), |(width, height)| format!(", texture of {width}x{height} texels"))
+            if light.visible { ", visible" } else { "" },
+            texture.map_or(String::new(), |(width, height)| format!(", texture of {width}x{height} texels")),
+            match flush.iter().find(|flush| flush.light as usize == index).map(|flush| flush.triangles.len())
+            {
+                None => String::new(),
+                Some(1) => ", flush with 1 triangle".to_owned(),
+                Some(triangles) => format!(", flush with {triangles} triangles"),
+            }
         )?;
     }
     let camera = &scene.camera;
@@ -61,7 +68,7 @@ pub(crate) fn run(args: &SceneArg) -> Outcome {
     }
     let (bytes, ms) = (bvh.bytes() as f64 / f64::from(1 << 20), bvh.build_time().as_secs_f64() * 1e3);
     writeln!(out, "BVH  {bytes:.1} MiB, built in {ms:.1} ms")?;
-    writeln!(out, "warnings   {}", report.warnings.len())?;
+    writeln!(out, "warnings   {}", report.warnings.len() + flush.len())?;
     Ok(print(&out)?)
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use halflight_cpu::flush;
+use halflight_cpu::flush::{FlushLight, separate_lights};
 use halflight_cpu::prepared::PreparedScene;
 use halflight_lab::program::say;
 use halflight_scene::{Animation, LoadReport};
@@ -12,6 +12,8 @@ pub(crate) struct Ready {
     pub(crate) prepared: PreparedScene,
     pub(crate) animation: Option<Animation>,
     pub(crate) report: LoadReport,
+    /// Lights that are flush with geometry.
+    pub(crate) flush: Vec<FlushLight>,
 }
 
 /// Loads a scene, says what loading it left out, and builds its BVH.
@@ -22,10 +24,11 @@ pub(crate) fn load(name_or_path: &str) -> Result<Ready, Box<dyn std::error::Erro
     }
     let halflight_scene::Loaded { scene, animation, report } = loaded;
     let prepared = PreparedScene::new(scene)?;
-    for flush in flush::separate_lights(prepared.scene(), Some(prepared.bvh())).1 {
+    let flush = separate_lights(prepared.scene(), Some(prepared.bvh())).1;
+    for flush in &flush {
         say(&format!("warning: {flush}"));
     }
-    Ok(Ready { prepared, animation, report })
+    Ok(Ready { prepared, animation, report, flush })
 }
 
 /// Returns a scene's name for files: a bundled name, or the scene file's without its ending.

@@ -482,6 +482,25 @@ fn scenes_info_help_and_completions_are_printed() {
     for word in ["triangles", "bounds", "light 0", "materials", "textures", "BVH", "warnings   0"] {
         assert!(info.contains(word), "{word} is not in\n{info}");
     }
+    // A lamp in the ceiling's plane, of an emissive face and by a [[light]].
+    fs::write(
+        place.path("lamp.obj"),
+        "mtllib lamp.mtl\nv -2 2 -2\nv 2 2 -2\nv 2 2 2\nv -2 2 2\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
+         usemtl ceiling\nf 1 2 3 4\nusemtl lamp\nf 5 6 7 8\n",
+    )
+    .unwrap();
+    fs::write(place.path("lamp.mtl"), "newmtl ceiling\nKd 0.5\nnewmtl lamp\nKe 9\n").unwrap();
+    let camera = "[camera]\neye = [0, 0, 3]\ntarget = [0, 1, 0]\nfov_y_deg = 50\n";
+    let light =
+        "[[light]]\ncorner = [-9, 3, 0]\nedge_u = [1, 0, 0]\nedge_v = [0, 0, 1]\nradiance = [1, 1, 1]\n";
+    let mesh = "[[mesh]]\nfile = \"lamp.obj\"\nemissive = \"lights\"\n";
+    fs::write(place.path("lamp.toml"), format!("{camera}{light}{mesh}")).unwrap();
+    let info = place.good("info lamp.toml");
+    let lights: Vec<&str> = info.lines().filter(|line| line.starts_with("light ")).collect();
+    assert_eq!(lights.len(), 2, "{info}");
+    assert!(!lights[0].contains("visible") && !lights[0].contains("flush"), "{info}");
+    assert!(lights[1].contains(", visible") && lights[1].contains(", flush with 4 triangles"), "{info}");
+    assert!(info.contains("warnings   1"), "{info}");
     assert!(place.good("--help").contains("Examples:"));
     assert!(place.good("render --help").contains("SCENE.png"));
     assert!(place.good("completions bash").contains("fragment-map"));
