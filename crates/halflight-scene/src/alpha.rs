@@ -119,12 +119,19 @@ fn mask(origin: AlphaOrigin, cutoff: f32, context: &mut Context) -> Option<u32> 
     index
 }
 
-/// Index of the alpha image at `found`; `None`, with a warning, if nothing was found under `name` in `folder` or it cannot be
-/// decoded.
-pub(crate) fn load(folder: &Path, name: &[u8], found: Option<PathBuf>, context: &mut Context) -> Option<u32> {
+/// Index of the alpha image at `found`; `None`, with a warning that begins with the `place` of the name, if nothing was found under `name` in
+/// `folder` or it cannot be decoded.
+pub(crate) fn load(
+    folder: &Path,
+    name: &[u8],
+    found: Option<PathBuf>,
+    place: &str,
+    context: &mut Context,
+) -> Option<u32> {
     let Some(path) = found else {
         let name = text::shown(forms(name).last().copied().unwrap_or(name));
-        context.warn(format!("alpha mask `{name}` is missing in {}; all is opaque", shown(folder)));
+        let message = format!("alpha mask `{name}` is missing in {}; all is opaque", shown(folder));
+        context.warn_at(place, &message);
         return None;
     };
     if let Some(&known) = context.alpha.by_path.get(&path) {
@@ -143,7 +150,7 @@ pub(crate) fn load(folder: &Path, name: &[u8], found: Option<PathBuf>, context: 
         }
         Err(fault) => {
             let path = path.display();
-            context.warn(format!("alpha mask {path} cannot be read ({fault}); all is opaque"));
+            context.warn_at(place, &format!("alpha mask {path} cannot be read ({fault}); all is opaque"));
             None
         }
     };

@@ -66,6 +66,13 @@ pub(crate) struct Context {
 }
 
 impl Context {
+    /// Records `warning`, which begins with the place that it is about, unless the same was recorded of another place.
+    pub(crate) fn warn_at(&mut self, place: &str, warning: &str) {
+        if self.said.insert(warning.to_owned()) {
+            self.warnings.push(format!("{place}{warning}"));
+        }
+    }
+
     /// Records `warning` unless it was recorded before.
     pub(crate) fn warn(&mut self, warning: String) {
         if self.said.insert(warning.clone()) {

@@ -17,21 +17,30 @@ pub(crate) struct Library {
     shortened: HashMap<Vec<u8>, usize>,
 }
 
+/// Value of a statement.
+pub(crate) struct Written<T> {
+    /// The value; none where the statement is faulty and counts only where the value is wanted.
+    pub(crate) value: Option<T>,
+    pub(crate) line: usize,
+    /// Arguments of the statement.
+    pub(crate) text: Vec<u8>,
+}
+
 /// Material of a library, as its statements define it.
 #[derive(Default)]
 pub(crate) struct Definition {
     pub(crate) name: Vec<u8>,
     pub(crate) kd: Option<Vec3>,
-    /// Arguments of `map_Kd`.
-    pub(crate) map: Option<Vec<u8>>,
+    /// Line and arguments of `map_Kd`.
+    pub(crate) map: Option<(usize, Vec<u8>)>,
     /// Phong's specular colour and exponent.
-    pub(crate) ks: Option<Vec3>,
-    pub(crate) ns: Option<f32>,
+    pub(crate) ks: Option<Written<Vec3>>,
+    pub(crate) ns: Option<Written<f32>>,
     /// Roughness and metallicity of the physically based extension.
-    pub(crate) roughness: Option<f32>,
-    pub(crate) metallic: Option<f32>,
-    /// Arguments of `map_d`.
-    pub(crate) alpha: Option<Vec<u8>>,
+    pub(crate) roughness: Option<Written<f32>>,
+    pub(crate) metallic: Option<Written<f32>>,
+    /// Line and arguments of `map_d`.
+    pub(crate) alpha: Option<(usize, Vec<u8>)>,
     pub(crate) illumination: Option<f64>,
     pub(crate) filters: bool,
     /// `Ke`, zero where it is missing.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use halflight_core::light::AreaLight;
 use halflight_core::light_texture::LightTexture;
-use image::{DynamicImage, ImageReader, Limits};
+use image::{DynamicImage, ImageError, ImageReader, Limits};
 
 use crate::error::SceneError;
 use crate::generate::screen;
@@ -257,7 +257,12 @@ fn decode(path: &Path, encoding: Encoding, before: u64) -> Result<LightTexture, 
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some(16 * MAX_TEXELS);
     reader.limits(limits);
-    let texture = reader.decode().map_err(|fault| format!("cannot be read: {fault}"))?;
+    let texture = reader.decode().map_err(|fault| match fault {
+        ImageError::Unsupported(_) => {
+            "cannot be read: it is no PNG, JPEG, TGA, BMP, Radiance HDR or OpenEXR image".to_owned()
+        }
+        other => format!("cannot be read: {other}"),
+    })?;
     let (width, height) = (texture.width(), texture.height());
     if before + u64::from(width) * u64::from(height) > MAX_TEXELS {
         return Err(format!("is too large: the textures of a light may have {MAX_TEXELS} texels in all"));

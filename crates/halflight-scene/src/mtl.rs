@@ -1,20 +1,22 @@
 //! Material libraries (MTL).
 
 mod map;
+mod specular;
 
 use std::fs;
 use std::path::Path;
 use std::rc::Rc;
 
 use glam::Vec3;
-use halflight_core::scene::{Material, Specular};
+use halflight_core::scene::Material;
 
 use crate::context::Context;
 use crate::emission::Emission;
-use crate::library::{Definition, Library};
+use crate::library::{Definition, Library, Written};
 use crate::text::{Statements, decode, first_number, first_word, keyword_and_rest, numbers, shown};
 use map::Keyword;
 pub(crate) use map::UvTransform;
+use specular::specular;
 
 /// The albedo of a material whose `Kd` is missing; MTL names none.
 const DEFAULT_KD: Vec3 = Vec3::splat(0.8);
@@ -50,8 +52,8 @@ pub(crate) fn library(path: &Path, context: &mut Context) -> Option<Rc<Library>>
 /// [`AlphaChoice::apply`](crate::alpha::AlphaChoice::apply).
 pub(crate) fn surface(library: &Library, index: usize, context: &mut Context) -> (Material, UvTransform) {
     let material = &library.materials[index];
-    let (texture, uv) = Keyword::Kd.look_up(&library.path, material.map.as_deref(), context);
-    let (alpha_mask, alpha_uv) = Keyword::Alpha.look_up(&library.path, material.alpha.as_deref(), context);
+    let (texture, uv) = Keyword::Kd.look_up(&library.path, material.map.as_ref(), context);
+    let (alpha_mask, alpha_uv) = Keyword::Alpha.look_up(&library.path, material.alpha.as_ref(), context);
     let uv = if texture.is_some() { uv } else { alpha_uv };
     if alpha_mask.is_some() && uv != alpha_uv {
         let (path, name) = (library.path.display(), shown(&material.name));
@@ -70,35 +72,6 @@ pub(crate) fn surface(library: &Library, index: usize, context: &mut Context) ->
         albedo = Vec3::ONE;
     }
     (Material { albedo, texture, alpha_mask, specular: specular(material, &library.path, context) }, uv)
-}
-
-/// Specular reflection of a material: by its roughness and metallicity, `Pr` and `Pm`; otherwise, where they are wanted, by `Ks` and `Ns`.
-fn specular(material: &Definition, path: &Path, context: &mut Context) -> Option<Specular> {
-    let (phong, path) = (context.phong, path.display());
-    let mut unit = |value: f32| {
-        if !(0.0..=1.0).contains(&value) {
-            let name = shown(&material.name);
-            context.warn(format!("{path}: Pr or Pm outside 0 to 1 is clamped, first in material `{name}`"));
-        }
-        value.clamp(0.0, 1.0)
-    };
-    let ks = material.ks.unwrap_or(Vec3::ZERO).clamp(Vec3::ZERO, Vec3::ONE);
-    if material.roughness.is_some() || material.metallic.is_some() {
-        let given = Specular::default();
-        return Some(Specular {
-            roughness: material.roughness.map_or(given.roughness, &mut unit),
-            metallic: material.metallic.map_or(0.0, &mut unit),
-            reflectance: if ks == Vec3::ZERO { given.reflectance } else { ks },
-        });
-    }
-    // Illumination models 0 and 1 have no highlight.
-    let highlight = !matches!(material.illumination, Some(model) if model < 2.0);
-    if !phong || !highlight || ks == Vec3::ZERO {
-        return None;
-    }
-    // The exponent of a Blinn-Phong lobe is that of GGX's distribution near its middle where α² = 2 / (n + 2) (Walter and others 2007).
-    let exponent = material.ns.unwrap_or(0.0).max(0.0);
-    Some(Specular { roughness: (2.0 / (exponent + 2.0)).powf(0.25), metallic: 0.0, reflectance: ks })
 }
 
 /// Emission of a library's material, if it emits.
@@ -159,11 +132,11 @@ impl Reader<'_> {
                 );
             }
             b"map_kd" => match map::parse(rest) {
-                Some(_) => self.set(line, |material| material.map = Some(rest.to_vec())),
+                Some(_) => self.set(line, |material| material.map = Some((line, rest.to_vec()))),
                 None => self.leave_out(line, "map_Kd without a file; expected: map_Kd FILE".to_string()),
             },
             b"map_d" => match map::parse(rest) {
-                Some(_) => self.set(line, |material| material.alpha = Some(rest.to_vec())),
+                Some(_) => self.set(line, |material| material.alpha = Some((line, rest.to_vec()))),
                 None => self.leave_out(line, "map_d without a file; expected: map_d FILE".to_string()),
             },
             b"map_tr" => self.warn("map_Tr is not supported, only alpha masks by map_d"),
@@ -206,20 +179,24 @@ impl Reader<'_> {
 
     /// Reads a statement of specular reflection. Faults of `Ks` and `Ns` matter only where these are wanted.
     fn specular(&mut self, line: usize, keyword: &[u8], rest: &[u8]) {
-        let number = first_number(rest).and_then(|(value, _)| value).map(|value| value as f32);
-        let number = number.filter(|value| value.is_finite());
-        match (keyword, colour(rest), number) {
-            (b"ks", Some((ks, _)), _) => self.set(line, |material| material.ks = Some(ks)),
-            (b"ns", _, Some(value)) => self.set(line, |material| material.ns = Some(value)),
-            (b"pr", _, Some(value)) => self.set(line, |material| material.roughness = Some(value)),
-            (b"pm", _, Some(value)) => self.set(line, |material| material.metallic = Some(value)),
-            (b"ks" | b"ns", ..) if !self.context.phong => {}
-            _ => {
-                let expected =
-                    if keyword == b"ks" { "one or three finite numbers" } else { "a finite number" };
-                self.leave_out(line, format!("`{} {}`, expected {expected}", shown(keyword), shown(rest)));
-            }
+        let text = rest.to_vec();
+        if keyword == b"ks" {
+            let value = colour(rest).map(|(ks, _)| ks);
+            self.set(line, |material| material.ks = Some(Written { value, line, text }));
+            return;
         }
+        let value = first_number(rest).and_then(|(value, _)| value).map(|value| value as f32);
+        let value = value.filter(|value| value.is_finite());
+        if value.is_none() && keyword != b"ns" {
+            let message = format!("`{} {}`, expected a finite number", shown(keyword), shown(rest));
+            return self.leave_out(line, message);
+        }
+        let written = Some(Written { value, line, text });
+        self.set(line, |material| match keyword {
+            b"ns" => material.ns = written,
+            b"pr" => material.roughness = written,
+            _ => material.metallic = written,
+        });
     }
 
     /// Changes the current material.

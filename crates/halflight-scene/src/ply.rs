@@ -211,7 +211,7 @@ fn material(path: &Path, look: Look, names: &[Vec<u8>], context: &mut Context) -
     let number = usize::try_from(look.texture.unwrap_or(0)).ok();
     let texture = number.and_then(|number| names.get(number)).and_then(|name| {
         let found = texture::find(folder, name, context);
-        texture::load(folder, name, found, context)
+        texture::load(folder, name, found, "", context)
     });
     let colour = look.colour.map(|bits| Vec3::from_array(bits.map(f32::from_bits)));
     let plain = if texture.is_some() { Vec3::ONE } else { Material::default().albedo };

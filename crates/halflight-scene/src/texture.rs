@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use halflight_core::scene::Texture;
-use image::{ColorType, ImageDecoder, ImageReader, Limits};
+use image::{ColorType, ImageDecoder, ImageError, ImageReader, Limits};
 
 use crate::context::Context;
 use crate::folders::{path_of, shown};
@@ -35,12 +35,19 @@ pub(crate) fn find(folder: &Path, name: &[u8], context: &mut Context) -> Option<
     found
 }
 
-/// Index of the texture at `found`; `None`, with a warning, if nothing was found under `name` in `folder` or
-/// it cannot be decoded.
-pub(crate) fn load(folder: &Path, name: &[u8], found: Option<PathBuf>, context: &mut Context) -> Option<u32> {
+/// Index of the texture at `found`; `None`, with a warning that begins with the `place` of the name, if nothing was found under `name` in
+/// `folder` or it cannot be decoded.
+pub(crate) fn load(
+    folder: &Path,
+    name: &[u8],
+    found: Option<PathBuf>,
+    place: &str,
+    context: &mut Context,
+) -> Option<u32> {
     let Some(path) = found else {
         let name = text::shown(forms(name).last().copied().unwrap_or(name));
-        context.warn(format!("texture `{name}` is missing in {}; its colour is used alone", shown(folder)));
+        let message = format!("texture `{name}` is missing in {}; its colour is used alone", shown(folder));
+        context.warn_at(place, &message);
         return None;
     };
     if let Some(&known) = context.textures.by_path.get(&path) {
@@ -57,7 +64,10 @@ pub(crate) fn load(folder: &Path, name: &[u8], found: Option<PathBuf>, context: 
         }
         Err(fault) => {
             let path = path.display();
-            context.warn(format!("texture {path} cannot be read ({fault}); its colour is used alone"));
+            context.warn_at(
+                place,
+                &format!("texture {path} cannot be read ({fault}); its colour is used alone"),
+            );
             None
         }
     };
@@ -67,7 +77,10 @@ pub(crate) fn load(folder: &Path, name: &[u8], found: Option<PathBuf>, context: 
 
 /// Decodes an image in the memory of its texels; one of 16 bits per channel temporarily needs twice that.
 pub(crate) fn read(path: &Path) -> Result<Texture, String> {
-    let fault = |fault: image::ImageError| fault.to_string();
+    let fault = |fault: ImageError| match fault {
+        ImageError::Unsupported(_) => "it is no PNG, JPEG, TGA or BMP image".to_owned(),
+        other => other.to_string(),
+    };
     let mut reader = ImageReader::open(path)
         .and_then(ImageReader::with_guessed_format)
         .map_err(|fault| fault.to_string())?;

@@ -80,7 +80,60 @@ fn bad_values_name_their_line() {
     }
     let clamped = load("clamped", &MTL.replace("Pr 0.3", "Pr 1.3"), "").unwrap();
     assert_eq!(of(&clamped.scene, 0).unwrap().roughness, 1.0);
-    assert!(clamped.report.warnings[0].contains("Pr or Pm outside 0 to 1"), "{:?}", clamped.report.warnings);
+    let expected = "a.mtl:3: `Pr 1.3`, expected a number from 0 to 1; 1 is used";
+    assert!(clamped.report.warnings[0].ends_with(expected), "{:?}", clamped.report.warnings);
     let faulty = load("faulty", &MTL.replace("Pr 0.3", "Pr rough"), "").unwrap();
     assert!(faulty.report.warnings[0].contains("a.mtl:3: `pr rough`"), "{:?}", faulty.report.warnings);
+}
+
+#[test]
+fn unfit_values_of_libraries_name_their_line() {
+    // Change of the library, keys, and the end of the only warning; none where the value is not used.
+    for (from, to, keys, expected) in [
+        ("Pm 1", "Pm -0.5", "", "a.mtl:4: `Pm -0.5`, expected a number from 0 to 1; 0 is used"),
+        ("Pm 1", "Pm nan", "", "a.mtl:4: `pm nan`, expected a finite number; the line is left out"),
+        (
+            "Pr 0.3",
+            "Ks 2 0.5 -1\nPr 0.3",
+            "",
+            "a.mtl:3: `Ks 2 0.5 -1`, expected numbers from 0 to 1; 1 0.5 0 is used",
+        ),
+        (
+            "Pr 0.3",
+            "Ks shiny\nPr 0.3",
+            "",
+            "a.mtl:3: `Ks shiny`, expected one or three finite numbers; the line is left out",
+        ),
+        ("Ns 30", "Ns -3", "", ""),
+        ("Ns 30", "Ns -3", "specular = \"phong\"", "a.mtl:9: `Ns -3`, expected a number from 0; 0 is used"),
+        ("Ns 30", "Ns inf", "", ""),
+        (
+            "Ns 30",
+            "Ns inf",
+            "specular = \"phong\"",
+            "a.mtl:9: `Ns inf`, expected a finite number; the line is left out",
+        ),
+        ("Ks 0.2 0.1 0.3", "Ks 0.2 1.5 0.3", "", ""),
+        (
+            "Ks 0.2 0.1 0.3",
+            "Ks 0.2 1.5 0.3",
+            "specular = \"phong\"",
+            "a.mtl:8: `Ks 0.2 1.5 0.3`, expected numbers from 0 to 1; 0.2 1 0.3 is used",
+        ),
+        (
+            "Ks 0.2 0.1 0.3",
+            "Ks",
+            "specular = \"phong\"",
+            "a.mtl:8: `Ks `, expected one or three finite numbers; the line is left out",
+        ),
+        ("illum 2", "illum 1\nNs -3", "specular = \"phong\"", ""),
+    ] {
+        let warnings = load("unfit", &MTL.replace(from, to), keys).unwrap().report.warnings;
+        let right = match warnings.as_slice() {
+            [] => expected.is_empty(),
+            [warning] => !expected.is_empty() && warning.ends_with(expected),
+            _ => false,
+        };
+        assert!(right, "{to} {keys}: {warnings:?}");
+    }
 }

@@ -139,10 +139,12 @@ impl Keyword {
     pub(super) fn look_up(
         self,
         library: &Path,
-        arguments: Option<&[u8]>,
+        statement: Option<&(usize, Vec<u8>)>,
         context: &mut Context,
     ) -> (Option<u32>, UvTransform) {
-        let Some(map) = arguments.and_then(parse) else { return (None, UvTransform::default()) };
+        let parsed = statement.and_then(|(line, arguments)| Some((line, parse(arguments)?)));
+        let Some((line, map)) = parsed else { return (None, UvTransform::default()) };
+        let place = format!("{}:{line}: ", library.display());
         let folder = library.parent().unwrap_or(Path::new(""));
         let mut find = |map: &Map<'_>| texture::find(folder, map.name, context);
         let (found, map) = match find(&map) {
@@ -153,8 +155,8 @@ impl Keyword {
             },
         };
         let (name, image) = match self {
-            Self::Kd => ("map_Kd", texture::load(folder, map.name, found, context)),
-            Self::Alpha => ("map_d", alpha::load(folder, map.name, found, context)),
+            Self::Kd => ("map_Kd", texture::load(folder, map.name, found, &place, context)),
+            Self::Alpha => ("map_d", alpha::load(folder, map.name, found, &place, context)),
         };
         let Some(image) = image else { return (None, UvTransform::default()) };
         for option in &map.ignored {
