@@ -12,7 +12,7 @@ use halflight_core::frame::Frame;
 use halflight_core::light::AreaLight;
 use halflight_core::mask::MaskBatch;
 use halflight_core::pattern::{Pattern, PatternKind};
-use halflight_core::stages::Visibility;
+use halflight_core::stages::{UnsupportedLight, Visibility};
 use halflight_cpu::bvh::Bvh;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -150,6 +150,10 @@ impl Visibility for CoarseMaps {
                 *visible = seen;
             }
         });
+    }
+
+    fn supports_light(&self, light: &AreaLight) -> Result<(), UnsupportedLight> {
+        super::flat("coarse-maps", light)
     }
 
     fn prepare(&mut self, frame: &Frame) {

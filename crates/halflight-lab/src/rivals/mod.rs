@@ -10,6 +10,8 @@
 //! All are stages of the pipeline, so that surfaces, unshadowed irradiance and clocks are those of all other rows.
 
 use halflight_core::frame::{LightSampling, Sharing};
+use halflight_core::light::AreaLight;
+use halflight_core::stages::UnsupportedLight;
 use std::ops::RangeInclusive;
 
 use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
@@ -72,6 +74,15 @@ impl Named for Rival {
             Self::Unshadowed(_) => "unshadowed",
         }
     }
+}
+
+/// Checks that a light is flat: shadow maps look along the normal of a light, from points that all receivers share.
+fn flat(rival: &str, light: &AreaLight) -> Result<(), UnsupportedLight> {
+    if light.as_sphere().is_none() {
+        return Ok(());
+    }
+    let reason = "its shadow maps look along the normal of a flat light; use the rival filtered, or a disk";
+    Err(UnsupportedLight::new(rival, "sphere lights", reason))
 }
 
 impl Rival {

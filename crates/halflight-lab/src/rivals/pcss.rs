@@ -21,7 +21,7 @@ use halflight_core::gbuffer::GBuffer;
 use halflight_core::hash;
 use halflight_core::light::AreaLight;
 use halflight_core::mask::MaskBatch;
-use halflight_core::stages::{RefineOutput, Refiner, Upsampler, Visibility};
+use halflight_core::stages::{RefineOutput, Refiner, UnsupportedLight, Upsampler, Visibility};
 use halflight_cpu::bvh::Bvh;
 use halflight_cpu::multiversion;
 use halflight_cpu::pipeline::PipelineBuilder;
@@ -116,6 +116,10 @@ impl Visibility for ShadowMaps {
     fn masks(&mut self, _frame: &Frame, batch: &mut MaskBatch) {
         let parts = batch.parts();
         parts.visible.copy_from_slice(parts.wanted);
+    }
+
+    fn supports_light(&self, light: &AreaLight) -> Result<(), UnsupportedLight> {
+        super::flat("pcss", light)
     }
 
     fn prepare(&mut self, frame: &Frame) {

@@ -4,11 +4,12 @@ use glam::Vec3;
 use halflight_core::fragment::Fragments;
 use halflight_core::frame::{Frame, LightSampling};
 use halflight_core::gbuffer::GBuffer;
+use halflight_core::light::AreaLight;
 use halflight_core::mask::Purpose;
 use halflight_core::pyramid::Pyramid;
 use halflight_core::scene::Scene;
 use halflight_core::stages::Upsampler as _;
-use halflight_cpu::pipeline::Image;
+use halflight_cpu::pipeline::{Image, PipelineError};
 use halflight_cpu::prepared::PreparedScene;
 use halflight_metrics::{Comparison, compare};
 
@@ -286,4 +287,24 @@ fn constants_out_of_range_are_refused() {
     for rival in Rival::all() {
         assert_eq!((rival.check(), Rival::named(rival.name())), (Ok(()), Some(rival)));
     }
+}
+
+/// A sphere has no side on which a shadow map could stand: both rivals that trace maps from the light say so, and the others render it.
+#[test]
+fn rivals_with_shadow_maps_refuse_sphere_lights_by_name() {
+    let contact = scene("contact");
+    let sphere = AreaLight::sphere(Vec3::new(-0.9, 1.1, 0.7), 0.35, Vec3::splat(14.0));
+    let lamp = contact.scene().lights[0];
+    let lit = |lights| contact.moved(Scene { lights, ..contact.scene().clone() }).unwrap();
+    let (flat, round) = (lit(vec![lamp]), lit(vec![lamp, sphere]));
+    let coarse = Rival::CoarseMaps(CoarseMapsConfig { samples: 16, ..CoarseMapsConfig::default() });
+    for rival in [pcss(|_| {}), coarse] {
+        let build = |scene| rival.builder(&rival.config(SIZE, 0), scene).build();
+        assert!(build(&flat).is_ok());
+        let fault = build(&round).err().unwrap();
+        assert!(matches!(fault, PipelineError::UnsupportedLight { index: 1, .. }), "{fault:?}");
+        let expected = format!("light 1: {} has no answers for sphere lights: ", rival.name());
+        assert!(fault.to_string().starts_with(&expected), "{fault}");
+    }
+    assert!(rendered(filtered(4), &round, 2).irradiance.iter().any(|light| light.x > 0.0));
 }
