@@ -8,11 +8,13 @@ use halflight::glam::Vec3;
 use halflight::irradiance::Shading;
 use halflight::light::AreaLight;
 use halflight::pipeline::Image;
+use halflight::refine::Quality;
 use halflight::scene::{Scene, Specular};
 use halflight_tests::Stage;
 
 use crate::device::Bench;
 use crate::scenes::{Twins, bundled, per_pixel};
+use crate::textured::{picture, screen};
 use crate::whole::nmse2;
 
 /// Toys of metals and coated materials, smooth and rough, under these lights.
@@ -64,6 +66,78 @@ fn frames_are_equal() {
             assert!(off < 1e-5, "{name} {shading:?}: {off:e}");
             assert!(twins.cpu.image().specular.iter().any(|light| light.max_element() > 0.1), "{name}");
         }
+    }
+}
+
+/// Glossy toys before a screen of 149 × 83 texels, which no level of their means divides, and a plain lamp.
+fn toys_and_screen() -> Stage {
+    let lights = vec![screen().textured(0), bundled("few toys").scene.lights[0]];
+    let scene = toys(lights).prepared.scene().clone();
+    Stage::new(Scene { light_textures: vec![Arc::new(picture(149, 83, 5))], ..scene }).unwrap()
+}
+
+#[test]
+fn screens_are_reflected_in_their_colours() {
+    let Some(bench) = Bench::open() else { return };
+    let stage = toys_and_screen();
+    for shading in [Shading::Ratio, Shading::Sampled] {
+        let twins = Twins::of(&bench, stage.clone(), &per_pixel(96, 72, shading), true);
+        let off = error(&bench, &twins);
+        assert!(off < 1e-6, "{shading:?}: {off:e}");
+        assert!(twins.cpu.image().specular.iter().any(|light| light.x > 1.5 * light.y), "{shading:?}");
+    }
+    for refiner in RefinerConfig::NAMES {
+        let refiner = RefinerConfig::named(refiner).unwrap();
+        let config =
+            PipelineConfig { refiner, upsampler: refiner.upsampler(), ..per_pixel(96, 72, Shading::Ratio) };
+        let twins = Twins::of(&bench, stage.clone(), &config, true);
+        let off = error(&bench, &twins);
+        assert!(off < 1e-4, "{refiner:?}: {off:e}");
+    }
+    let quality = RefinerConfig::Lattice(Quality::Good.lattice());
+    let config = PipelineConfig {
+        refiner: quality,
+        upsampler: quality.upsampler(),
+        ..per_pixel(96, 72, Shading::Ratio)
+    };
+    let twins = Twins::of(&bench, stage, &config, true);
+    let off = error(&bench, &twins);
+    // The numbers of light samples differ, and with them those of rays.
+    assert!(off < 1e-3, "good: {off:e}");
+}
+
+#[test]
+fn a_texture_that_comes_later_is_reflected() {
+    let Some(bench) = Bench::open() else { return };
+    let stage = toys_and_screen();
+    let config = per_pixel(96, 72, Shading::Ratio);
+    let plain = toys(vec![bundled("few toys").scene.lights[0]]);
+    let mut twins = Twins::of(&bench, plain, &config, true);
+    let scene = stage.prepared.scene();
+    twins.gpu.set_textured_lights(&scene.lights, &scene.light_textures).unwrap();
+    twins.render_gpu(&bench);
+    let found = specular(&bench, &twins);
+    let new = specular(&bench, &Twins::of(&bench, stage, &config, true));
+    assert!(found.iter().zip(&new).all(|(found, new)| found.map(f32::to_bits) == new.map(f32::to_bits)));
+}
+
+#[test]
+fn wrong_shaders_of_screens_are_noticed() {
+    let Some(bench) = Bench::open() else { return };
+    let config = per_pixel(96, 72, Shading::Ratio);
+    let mut twins = Twins::of(&bench, toys_and_screen(), &config, true);
+    for [module, right, wrong] in [
+        ["textured/lobe_light", "select(uv, uv.yx, frame.texture_size.z == 1u)", "uv.yx"],
+        ["textured/lobe_light", "bitcast<u32>(emitted[first + level].w) - NORMAL_BITS", "0u"],
+        ["textured/lobe_light", "(size + (1u << level) - 1u)", "size"],
+        ["textured/lobe_light", "1.0 - end.y", "begin.y"],
+        ["textured/known_value", "place + select", "1u + place + select"],
+        ["specular/reflect", "factors_at(uv) * (", "vec3(1.0) * ("],
+        ["specular/cells", "cell.a + ab * x + ac * y, sqrt(weight)", "cell.a, sqrt(weight)"],
+    ] {
+        twins.alter(&bench, &config, [module, right, wrong]);
+        let off = error(&bench, &twins);
+        assert!(off > 2e-5, "{module} {right}: {off:e}");
     }
 }
 
@@ -165,8 +239,8 @@ fn wrong_shaders_are_noticed() {
         ["specular/cells", "const NARROW_ELLIPSE: u32 = 32u", "const NARROW_ELLIPSE: u32 = 5u"],
         ["specular/reflect", "seen += weight;", "seen += 0.9 * weight;"],
         ["specular/reflect", "!is_lobe_hidden(origin, uv)", "true"],
-        ["specular/reflect", "(all_of - grazing) + grazing", "all_of"],
-        ["specular/known_pixels", "samples[pixel].value", "1.0"],
+        ["specular/reflect", "(sum.all - sum.grazing) + sum.grazing", "sum.all"],
+        ["specular/known_value", "samples[place].value", "1.0"],
     ] {
         twins.alter(&bench, &config, [module, right, wrong]);
         let off = error(&bench, &twins);

@@ -18,7 +18,7 @@ use crate::scenes::{Twins, bundled, per_pixel};
 use crate::whole::nmse2;
 
 /// Colours that differ in every texel, some of them black.
-fn picture(columns: u32, rows: u32, seed: u32) -> LightTexture {
+pub(crate) fn picture(columns: u32, rows: u32, seed: u32) -> LightTexture {
     let channel =
         |at: u32, channel: u32| (hash::mix(hash::fold(hash::fold(seed, at), channel)) & 0xff) as f32 / 64.0;
     let texel = |at: u32| match at % 5 {
@@ -35,7 +35,7 @@ fn toys(lights: Vec<AreaLight>) -> Stage {
     Stage::new(Scene { lights, light_textures, ..Scene::clone(&bundled("few toys").scene) }).unwrap()
 }
 
-fn screen() -> AreaLight {
+pub(crate) fn screen() -> AreaLight {
     let (corner, up) = (Vec3::new(-1.6, 0.1, -0.9), Vec3::new(0.2, 1.2, 0.0));
     AreaLight::parallelogram(corner, Vec3::Z * 1.8, up, Vec3::new(6.0, 5.0, 7.0)).two_sided()
 }

@@ -1,8 +1,12 @@
 //! Textures on lights: factors of a light's radiance, by texels, and their means over parts of the light.
 
+mod levels;
+
 use std::sync::OnceLock;
 
 use glam::{DVec4, Vec2, Vec2Swizzles, Vec3, Vec4};
+
+use levels::Levels;
 
 /// Factors of a light's radiance over its area: linear RGB, constant inside each texel.
 ///
@@ -16,6 +20,8 @@ pub struct LightTexture {
     texels: Vec<Vec3>,
     /// Summed-area table, from when it is first read.
     sums: OnceLock<Vec<DVec4>>,
+    /// Coarser levels, from when they are first read.
+    levels: OnceLock<Levels>,
 }
 
 /// Why texels are no texture of a light.
@@ -54,7 +60,7 @@ impl LightTexture {
         if let Some(at) = texels.iter().position(|texel| !(texel.is_finite() && texel.min_element() >= 0.0)) {
             return Err(LightTextureError::Value { x: at as u32 % width, y: at as u32 / width });
         }
-        Ok(Self { width, height, texels, sums: OnceLock::new() })
+        Ok(Self { width, height, texels, sums: OnceLock::new(), levels: OnceLock::new() })
     }
 
     /// Width in texels.
@@ -112,10 +118,38 @@ impl LightTexture {
         })
     }
 
+    /// Mean factors in the square with sides of `side` around a point of the unit square, without its parts outside, from means over squares of
+    /// texels of which it is at most two wide and high: exact for whole ones of these, smooth over the rest.
+    pub fn mean_around(&self, uv: Vec2, side: f32) -> Vec3 {
+        let size = Vec2::new(self.width as f32, self.height as f32);
+        let half = Vec2::splat(0.5 * side);
+        let (low, high) =
+            ((uv - half).clamp(Vec2::ZERO, Vec2::ONE), (uv + half).clamp(Vec2::ZERO, Vec2::ONE));
+        let (top, bottom) = ((1.0 - high.y) * size.y, (1.0 - low.y) * size.y);
+        let (low, high) = (Vec2::new(low.x * size.x, top), Vec2::new(high.x * size.x, bottom));
+        self.levels().mean(&self.texels, low, high, side * size.max_element())
+    }
+
+    /// Means over squares of 2, 4, 8 … texels a side, one level after another, rows from the top; each has half as many columns and rows as the
+    /// one before, rounded up.
+    pub fn coarser_levels(&self) -> &[Vec3] {
+        self.levels().means()
+    }
+
+    /// Places of the first values of the texels, 0, and of each level of [`Self::coarser_levels`], where these follow the texels.
+    pub fn level_places(&self) -> impl Iterator<Item = u32> + '_ {
+        self.levels().places(self.texels.len())
+    }
+
+    fn levels(&self) -> &Levels {
+        self.levels.get_or_init(|| Levels::new(self.width, self.height, &self.texels))
+    }
+
     /// Memory held, bytes.
     pub fn bytes(&self) -> usize {
         self.texels.capacity() * size_of::<Vec3>()
             + self.sums.get().map_or(0, |sums| sums.capacity() * size_of::<DVec4>())
+            + self.levels.get().map_or(0, Levels::bytes)
     }
 
     /// Sum over the texels left of and below a point of the unit square, in texels. It is bilinear inside each texel.
@@ -190,6 +224,21 @@ impl PlacedTexture<'_> {
         }
     }
 
+    /// Mean factors in a square; see [`LightTexture::mean_around`].
+    pub fn mean_around(&self, uv: Vec2, side: f32) -> Vec3 {
+        self.texture.mean_around(if self.transposed { uv.yx() } else { uv }, side)
+    }
+
+    /// Means over squares of texels; see [`LightTexture::coarser_levels`].
+    pub fn coarser_levels(&self) -> &[Vec3] {
+        self.texture.coarser_levels()
+    }
+
+    /// Places of levels; see [`LightTexture::level_places`].
+    pub fn level_places(&self) -> impl Iterator<Item = u32> + '_ {
+        self.texture.level_places()
+    }
+
     /// Mean factors in the cells of a grid, in rows from v = 0 on, and the means of the sum of their squares.
     pub fn cells(&self, columns: u16, rows: u16) -> Vec<Vec4> {
         if !self.transposed {
@@ -232,6 +281,40 @@ mod tests {
         let found = texture.mean_over(Vec2::ZERO, Vec2::new(0.5, 1.0 / 3.0)).w;
         assert!((found / square - 1.0).abs() < 1e-5, "{found} {square}");
         assert_eq!(texture.mean_over(Vec2::ONE, Vec2::ONE), Vec4::ZERO);
+    }
+
+    #[test]
+    fn means_around_points_are_those_of_squares_of_texels() {
+        // 13 columns and 9 rows, of which no level has a whole number of squares.
+        let texels: Vec<Vec3> =
+            (0..13 * 9).map(|at| Vec3::new((at * at % 31) as f32, (at % 13) as f32, 1.0)).collect();
+        let texture = LightTexture::new(13, 9, texels).unwrap();
+        assert_eq!(texture.coarser_levels().len(), 7 * 5 + 4 * 3 + 2 * 2 + 1);
+        // All of it, whatever the level, but for the level's squares.
+        let all = texture.mean_around(Vec2::splat(0.5), 1.0);
+        assert!((all - texture.mean()).abs().max_element() < 1e-4, "{all} {}", texture.mean());
+        // Squares smaller than texels: exact.
+        for uv in [Vec2::new(0.31, 0.72), Vec2::new(0.99, 0.01), Vec2::new(0.5, 0.5)] {
+            let side = 0.1;
+            let low = (uv - 0.5 * side).clamp(Vec2::ZERO, Vec2::ONE);
+            let high = (uv + 0.5 * side).clamp(Vec2::ZERO, Vec2::ONE);
+            let (found, exact) = (texture.mean_around(uv, side), texture.mean_over(low, high).truncate());
+            assert!((found - exact).abs().max_element() < 1e-3, "{uv}: {found} {exact}");
+        }
+        // Squares without an extent that numbers can tell.
+        for at in 0..1000u32 {
+            let uv = Vec2::new((at * 7919 % 1009) as f32 / 1009.0, (at * 104_729 % 997) as f32 / 997.0);
+            for side in [0.0, 1e-20, 1e-9, 1e-7] {
+                let off = texture.mean_around(uv, side) - texture.at(uv);
+                assert!(off.abs().max_element() < 1e-3, "{uv} {side}: {off}");
+            }
+        }
+        // Means of many squares that tile the texture are its mean: what lies in none counts for no other.
+        let tiles = (0..64).map(|at| Vec2::new(at as f32 % 8.0 + 0.5, (at / 8) as f32 + 0.5) / 8.0);
+        let mean = tiles.map(|uv| texture.mean_around(uv, 0.125)).sum::<Vec3>() / 64.0;
+        assert!((mean / texture.mean() - 1.0).abs().max_element() < 1e-4, "{mean} {}", texture.mean());
+        let wide = LightTexture::new(300, 2, vec![Vec3::splat(0.25); 600]).unwrap();
+        assert_eq!(wide.mean_around(Vec2::new(0.4, 0.9), 0.3), Vec3::splat(0.25));
     }
 
     #[test]

@@ -56,13 +56,7 @@ impl Stages {
         let refiner = refiner(compiler, config)?;
         let upsample = Upsample::new(compiler, config)?;
         let visibility = backend(compiler, parted, config)?;
-        if compiler.textured && glossy {
-            return Err(GpuError::Unsupported {
-                stage: "a textured light before glossy surfaces",
-                reason: "render the scene on the CPU, or switch specular reflection off (in scene files: specular = \"off\")",
-            });
-        }
-        let reflect = glossy.then(|| Reflect::new(compiler, config, pattern, masked));
+        let reflect = glossy.then(|| Reflect::new(compiler, config, pattern, masked, refiner.smooths()));
         let textured =
             compiler.textured.then(|| TexturedCompose::new(compiler, config.shading, refiner.smooths()));
         Ok(Self {

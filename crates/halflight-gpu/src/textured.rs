@@ -117,7 +117,7 @@ struct Place {
 
 impl Emitted {
     /// Uploads what these lights of a scene emit in the strata of patterns, texels of those that the camera sees and, where `texels` says
-    /// so, of all.
+    /// so, of all; before glossy surfaces also their means over squares.
     ///
     /// # Errors
     /// The device has no room for so much.
@@ -129,7 +129,10 @@ impl Emitted {
         texels: bool,
     ) -> Result<Self, GpuError> {
         let mut vectors = Vec::new();
-        let add = |light: &AreaLight| add(&mut vectors, scene, light, patterns, texels || light.visible);
+        let glossy = scene.mesh.is_glossy();
+        let texels = texels || glossy;
+        let add =
+            |light: &AreaLight| add(&mut vectors, scene, light, patterns, [texels || light.visible, glossy]);
         let places = lights.iter().map(add).collect();
         let bytes: &[u8] = bytemuck::cast_slice(&vectors);
         memory.check(Slot::Emitted.label(), bytes.len() as u64, "smaller textures fit")?;
@@ -164,13 +167,17 @@ impl Emitted {
     }
 }
 
-/// Adds what a light emits, if it has a texture, and returns where that lies.
+/// Bits of the fourth component of a first texel, where those of the others say how far behind it their level of means begins: those of normal
+/// numbers, which no device takes for 0.
+const NORMAL_BITS: u32 = 0x3f80_0000;
+
+/// Adds what a light emits, if it has a texture, with its texels and their means over squares where these are asked for; returns where that lies.
 fn add(
     vectors: &mut Vec<[f32; 4]>,
     scene: &Scene,
     light: &AreaLight,
     patterns: &Patterns,
-    texels: bool,
+    [texels, squares]: [bool; 2],
 ) -> Option<Place> {
     let texture = scene.light_texture(light)?;
     let cells = vectors.len() as u32;
@@ -195,6 +202,14 @@ fn add(
     let place = vectors.len() as u32 + 1;
     if texels {
         vectors.extend(texture.texels().iter().map(|texel| texel.extend(0.0).to_array()));
+    }
+    if squares {
+        // There are no more levels than texels.
+        let first = vectors.len() - texture.texels().len();
+        for (texel, place) in vectors[first..].iter_mut().zip(texture.level_places()) {
+            texel[3] = f32::from_bits(NORMAL_BITS + place);
+        }
+        vectors.extend(texture.coarser_levels().iter().map(|mean| mean.extend(0.0).to_array()));
     }
     let [width, height] = texture.size();
     let size = [width, height, texture.is_transposed().into()];

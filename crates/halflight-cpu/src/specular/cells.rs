@@ -154,10 +154,7 @@ impl<'a> Emitter<'a> {
         if side <= 0.0 {
             return texture.at(uv);
         }
-        let half = Vec2::splat(0.5 * side);
-        let (low, high) =
-            ((uv - half).clamp(Vec2::ZERO, Vec2::ONE), (uv + half).clamp(Vec2::ZERO, Vec2::ONE));
-        texture.mean_over(low, high).truncate()
+        texture.mean_around(uv, side)
     }
 }
 

@@ -140,6 +140,11 @@ fn dot3(a: vec3<f32>, b: vec3<f32>) -> f32 {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
+// Luminance of linear RGB (Rec. 709).
+fn luminance(rgb: vec3<f32>) -> f32 {
+    return dot3(rgb, vec3(0.2126, 0.7152, 0.0722));
+}
+
 fn cross3(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
     return vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }

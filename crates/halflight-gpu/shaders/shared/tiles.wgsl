@@ -16,7 +16,3 @@ fn add_up(here: Tile, share: f32) {
     }
     tile_sums[here.workgroup.y * ((frame.width + 7u) / 8u) + here.workgroup.x] = sum;
 }
-
-fn luminance(rgb: vec3<f32>) -> f32 {
-    return dot3(rgb, vec3(0.2126, 0.7152, 0.0722));
-}

@@ -201,9 +201,16 @@ fn is_large(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, longest: f32, lobe: Lobe) 
     return longest > BY_ANGLE * distance * (max(angle, 0.0) + lobe.width);
 }
 
-// Light that the lobe reflects of a triangle, per unit radiance, without the Fresnel term and by Schlick's weight: by the
-// product rule of degree 7 (Stroud's conical product).
-fn reflected_of(emitter: Emitter, lobe: Lobe, cell: Cell3) -> vec2<f32> {
+// Light that the lobe reflects of a part of the light, per unit radiance and by channel, without the Fresnel term and by
+// Schlick's weight; and the share by which the part is chosen.
+struct Reflected {
+    all: vec3<f32>,
+    grazing: vec3<f32>,
+    share: f32,
+}
+
+// Light that the lobe reflects of a triangle, by the product rule of degree 7 (Stroud's conical product).
+fn reflected_of(emitter: Emitter, lobe: Lobe, cell: Cell3) -> Reflected {
     let ab = cell.b - cell.a;
     let ac = cell.c - cell.a;
     let area = 0.5 * abs(ab.x * ac.y - ab.y * ac.x);
@@ -211,15 +218,16 @@ fn reflected_of(emitter: Emitter, lobe: Lobe, cell: Cell3) -> vec2<f32> {
     let first = along(emitter, ab);
     let second = along(emitter, ac);
     var points = array(GAUSS_POINTS, GAUSS_WEIGHTS, JACOBI_POINTS, JACOBI_WEIGHTS);
-    var all = 0.0;
-    var grazing = 0.0;
+    var sum = Reflected(vec3(0.0), vec3(0.0), 0.0);
     for (var point = 0u; point < 16u; point++) {
         let x = points[2][point >> 2u];
         let y = points[0][point & 3u] * (1.0 - x);
         let found = reflected_at(emitter, lobe, corner + first * x + second * y);
-        let value = found.x * (points[3][point >> 2u] * points[1][point & 3u] * area);
-        all += value;
-        grazing += value * found.y;
+        let weight = points[3][point >> 2u] * points[1][point & 3u] * area;
+        let value = factors_around(cell.a + ab * x + ac * y, sqrt(weight)) * (found.x * weight);
+        sum.all += value;
+        sum.grazing += value * found.y;
     }
-    return vec2(all, grazing);
+    sum.share = share_of(sum.all);
+    return sum;
 }

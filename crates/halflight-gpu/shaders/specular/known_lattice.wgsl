@@ -1,6 +1,5 @@
 // Knowledge of a pixel's lobe from the corners of its cell: lit or dark where all of them are.
-//@ needs shared/corners shared/field shared/query
-//@ reads samples
+//@ needs shared/corners shared/field
 
 fn known_at(at: vec2<u32>, pixel: u32) -> u32 {
     let owner = owner_at(at);
@@ -8,7 +7,7 @@ fn known_at(at: vec2<u32>, pixel: u32) -> u32 {
         return OPEN;
     }
     if owner.level == 0u {
-        return known_of(samples[pixel].value);
+        return known_sample(pixel);
     }
     let corners = corners_of(owner.level, owner.cell);
     var known = NONE;
@@ -17,7 +16,7 @@ fn known_at(at: vec2<u32>, pixel: u32) -> u32 {
         if !is_receiver(corner) {
             continue;
         }
-        let found = known_of(samples[corner].value);
+        let found = known_sample(corner);
         if found == OPEN || (known != NONE && known != found) {
             return OPEN;
         }

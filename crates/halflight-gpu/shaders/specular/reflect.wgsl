@@ -50,42 +50,40 @@ fn reflected_from(at: vec2<u32>, pixel: u32) -> vec3<f32> {
     let lobe = lobe_of(receiver.normal, normalize(frame.eye - receiver.origin), surface.w);
     var walk: Walk;
     var cell: Cell3;
-    var all_of = 0.0;
-    var grazing = 0.0;
+    var sum = Reflected(vec3(0.0), vec3(0.0), 0.0);
     start_walk(&walk, emitter, lobe);
     while next_cell(&walk, emitter, lobe, &cell) {
         let found = reflected_of(emitter, lobe, cell);
-        if found.x > 0.0 {
-            all_of += found.x;
-            grazing += found.y;
+        if found.share > 0.0 {
+            sum = Reflected(sum.all + found.all, sum.grazing + found.grazing, sum.share + found.share);
         }
     }
-    if all_of <= 0.0 {
+    if sum.share <= 0.0 {
         return vec3(0.0);
     }
-    let unshadowed = frame.radiance * (surface.xyz * (all_of - grazing) + grazing);
+    let unshadowed = frame.radiance * (surface.xyz * (sum.all - sum.grazing) + sum.grazing);
     if known == LIT {
         return unshadowed;
     }
-    return unshadowed * visible_part(receiver.origin, emitter, lobe, all_of, fold(fold(frame.key, pixel), LOBES));
+    return unshadowed * visible_part(receiver.origin, emitter, lobe, sum.share, fold(fold(frame.key, pixel), LOBES));
 }
 
-// Visible part of what a lobe reflects. Points are chosen at equal steps through the sum of the triangles' shares, and
-// uniformly in each.
-fn visible_part(origin: vec3<f32>, emitter: Emitter, lobe: Lobe, whole: f32, key: u32) -> f32 {
+// Visible part of what a lobe reflects, by channel. Points are chosen at equal steps through the sum of the triangles'
+// shares, and uniformly in each.
+fn visible_part(origin: vec3<f32>, emitter: Emitter, lobe: Lobe, whole: f32, key: u32) -> vec3<f32> {
     let count = clamp(max(RAYS, frame.pattern.count / 2u), LEAST_RAYS, MOST_RAYS);
     let shift = unit_pair(sample_bits(key, NONE)).x;
     let scramble = sample_bits(key, NONE - 1u);
     let step = whole / f32(count);
     var below = 0.0;
     var sample = 0u;
-    var seen = 0.0;
-    var sum = 0.0;
+    var seen = vec3(0.0);
+    var sum = vec3(0.0);
     var walk: Walk;
     var cell: Cell3;
     start_walk(&walk, emitter, lobe);
     while next_cell(&walk, emitter, lobe, &cell) {
-        let share = reflected_of(emitter, lobe, cell).x;
+        let share = reflected_of(emitter, lobe, cell).share;
         if share <= 0.0 {
             continue;
         }
@@ -102,7 +100,7 @@ fn visible_part(origin: vec3<f32>, emitter: Emitter, lobe: Lobe, whole: f32, key
             let root = sqrt(clamp((place - below) / share, 0.0, 1.0));
             let across = f32((reverseBits(sample) ^ scramble) >> 8u) * (1.0 / 16777216.0);
             let uv = cell.a + ab * (root * (1.0 - across)) + ac * (root * across);
-            let weight = reflected_at(emitter, lobe, point_of(emitter, uv)).x * area / share;
+            let weight = factors_at(uv) * (reflected_at(emitter, lobe, point_of(emitter, uv)).x * area / share);
             sum += weight;
             if !is_lobe_hidden(origin, uv) {
                 seen += weight;
@@ -112,10 +110,8 @@ fn visible_part(origin: vec3<f32>, emitter: Emitter, lobe: Lobe, whole: f32, key
         below += share;
     }
     atomicAdd(&lobe_rays, sample);
-    if sum <= 0.0 {
-        return 0.0;
-    }
-    return seen / sum;
+    // Channels in which nothing is emitted have no part, and need none.
+    return select(seen / max(sum, vec3(1.2e-38)), vec3(0.0), sum <= vec3(0.0));
 }
 
 // True if geometry hides the point of the light at a place in the unit square that a receiver sees.
@@ -128,7 +124,7 @@ fn is_lobe_hidden(origin: vec3<f32>, uv: vec2<f32>) -> bool {
     return occluded(origin, end);
 }
 
-// Knowledge from the value of a sample.
+// Knowledge from a visible fraction.
 fn known_of(value: f32) -> u32 {
     return select(select(OPEN, DARK, value == 0.0), LIT, value == 1.0);
 }
