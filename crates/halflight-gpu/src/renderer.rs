@@ -252,7 +252,7 @@ impl Renderer {
     fn place_lights(&mut self, changed: bool) -> Result<(), GpuError> {
         let (lights, flush) = separate_lights(&self.scene, None);
         if !changed {
-            // What they emit does not depend on the geometry.
+            // Their emission does not depend on the geometry.
             (self.lights, self.flush) = (lights, flush);
             return Ok(());
         }
