@@ -93,7 +93,7 @@ fn options_place_masks_and_bad_images_leave_all_opaque() {
     let folder = folder("alpha_faults");
     folder.write("broken.png", "not a picture");
     let cases = [
-        ("map_d gone.png\n", "alpha mask `gone.png` is missing in .; all is opaque"),
+        ("map_d gone.png\n", "a.mtl:2: alpha mask `gone.png` is missing in .; all is opaque"),
         ("map_d\n", "a.mtl:2: map_d without a file; expected: map_d FILE; the line is left out"),
         ("map_Tr grey.png\n", "a.mtl: map_Tr is not supported, only alpha masks by map_d"),
     ];
@@ -102,7 +102,7 @@ fn options_place_masks_and_bad_images_leave_all_opaque() {
     }
     let (mask, warnings) = load(&folder, "map_d broken.png\n", "");
     assert!(mask.is_none() && warnings.len() == 1, "{warnings:?}");
-    assert!(warnings[0].starts_with("alpha mask broken.png cannot be read ("), "{warnings:?}");
+    assert!(warnings[0].starts_with("a.mtl:2: alpha mask broken.png cannot be read ("), "{warnings:?}");
 
     let uv = |library: &str| {
         folder.write("a.mtl", format!("newmtl leaf\n{library}"));

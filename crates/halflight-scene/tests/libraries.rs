@@ -231,7 +231,7 @@ fn textures_are_found_by_all_forms_of_their_names_and_placed_by_their_options() 
         red(&folder, "newmtl red\nKd 0.9 0.1 0.1\nmap_Kd -s 2 2 1 \"gone.png\" # brick\n");
     assert_eq!(
         (colour, warnings),
-        (RED, vec!["texture `gone.png` is missing in .; its colour is used alone".into()])
+        (RED, vec!["a.mtl:3: texture `gone.png` is missing in .; its colour is used alone".into()])
     );
 }
 
@@ -277,7 +277,7 @@ fn textures_take_four_bytes_a_texel_of_whatever_kind_they_are() {
     head.extend([1, 0, 24, 0]);
     head.extend([0; 24]);
     folder.write("a.png", head);
-    let warning = "texture a.png cannot be read (20000 x 20000 texels, more than the limit of 268435456, 16384 x 16384); \
+    let warning = "a.mtl:2: texture a.png cannot be read (20000 x 20000 texels, more than the limit of 268435456, 16384 x 16384); \
                    its colour is used alone";
     assert_eq!(load().report.warnings, [warning]);
 }

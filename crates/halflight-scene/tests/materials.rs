@@ -82,8 +82,8 @@ fn missing_and_broken_textures_fall_back_to_the_colour_and_are_said_once() {
     let used: Vec<&Material> = mesh.material_ids.iter().map(|&id| &mesh.materials[id as usize]).collect();
     assert_eq!(used, [&expected[0], &expected[1], &expected[0], &expected[1]]);
     let [missing, broken] = loaded.report.warnings.as_slice() else { panic!("{:?}", loaded.report.warnings) };
-    assert!(missing.starts_with("texture `gone.png` is missing in "), "{missing}");
-    assert!(broken.starts_with("texture broken.png cannot be read ("), "{broken}");
+    assert!(missing.starts_with("Lib.mtl:3: texture `gone.png` is missing in "), "{missing}");
+    assert!(broken.starts_with("Lib.mtl:6: texture broken.png cannot be read ("), "{broken}");
 }
 
 #[test]
