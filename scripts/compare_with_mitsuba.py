@@ -1,8 +1,11 @@
 #!/usr/bin/env python3
-"""Compares an image of `halflight render` with the direct light that Mitsuba 3 computes for the same scene.
+"""Compares an image of `halflight render` with the direct or indirect light that Mitsuba 3 computes for the same scene.
 
   halflight render scene.toml --size 160x120 --quality final --antialias 1 --out image.exr
   python3 scripts/compare_with_mitsuba.py scene.toml image.exr --samples 1024
+
+With --layer indirect the image is the layer `indirect` of `halflight reference --indirect` or `halflight render --indirect`, and Mitsuba's is the
+light of exactly one diffuse reflection: its path tracer of depth 3 less that of depth 2, with equal random numbers.
 
 Both sides take rays through pixel centres. Mitsuba's image is the mean of two renders with seeds of their own; their difference is its
 noise. Printed are the NMSE2 of halflight's image against that mean, the part of it that is Mitsuba's noise, and the ratio of the means.
@@ -25,9 +28,9 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", type=pathlib.Path, help="scene file")
     parser.add_argument("image", type=pathlib.Path, help="OpenEXR file of halflight render")
-    parser.add_argument("--samples", type=int, default=1024, help="light samples a pixel of each of the two renders [default: 1024]")
-    parser.add_argument("--layer", choices=["radiance", "irradiance"], default="radiance",
-                        help="quantity: R, G, B with materials, or irradiance without [default: radiance]")
+    parser.add_argument("--samples", type=int, default=1024, help="light samples a pixel of each of the two renders, or paths for indirect light [default: 1024]")
+    parser.add_argument("--layer", choices=["radiance", "irradiance", "indirect"], default="radiance",
+                        help="quantity: R, G, B with materials, irradiance without, or radiance of indirect light [default: radiance]")
     parser.add_argument("--conductor", type=float, nargs=2, metavar=("F0", "ROUGHNESS"),
                         help="make all surfaces rough conductors of this reflectance at normal incidence")
     parser.add_argument("--change", action="append", default=[], metavar="KEY=VALUE",
@@ -87,25 +90,28 @@ def emitter(mi, numpy, scene, light, channel):
     radiance = {"type": "rgb", "value": [float(channel) for channel in light.radiance]}
     if light.texture:
         radiance = texture(mi, numpy, light, channel)
-    area = {"type": "area", "radiance": radiance}
+    # Lights reflect nothing, but for those that are faces of a mesh.
+    beside = {"emitter": {"type": "area", "radiance": radiance}, "bsdf": surfaces.diffuse([0, 0, 0])}
     if light.shape == "polygon":
         faces = [(0, corner, corner + 1) for corner in range(1, len(light.points) - 1)]
-        return triangles(mi, numpy, "light", Mesh(light.points, []), faces, {"emitter": area})
+        return triangles(mi, numpy, "light", Mesh(light.points, []), faces, beside)
     if light.shape == "faces":
         mesh, part = light.part
         mesh = scene.meshes[mesh]
-        return triangles(mi, numpy, "light", Mesh(mesh.positions, []), mesh.parts[part][1], {"emitter": area})
+        material, faces = mesh.parts[part]
+        beside["bsdf"] = surfaces.diffuse(material.albedo)
+        return triangles(mi, numpy, "light", Mesh(mesh.positions, []), faces, beside)
     if light.shape == "sphere":
-        return mi.load_dict({"type": "sphere", "center": [float(x) for x in light.centre], "radius": float(light.radius), "emitter": area})
+        return mi.load_dict({"type": "sphere", "center": [float(x) for x in light.centre], "radius": float(light.radius), **beside})
     kind = "rectangle" if light.shape == "parallelogram" else "disk"
-    return mi.load_dict({"type": kind, "to_world": placed(mi, numpy, light.u, light.v, light.centre), "emitter": area})
+    return mi.load_dict({"type": kind, "to_world": placed(mi, numpy, light.u, light.v, light.centre), **beside})
 
 
 def read_layer(mi, numpy, path, layer):
     """Three channels of an image of halflight, rows from the top."""
     bitmap = mi.Bitmap(str(path))
     names = [field.name for field in bitmap.struct_()]
-    wanted = ["R", "G", "B"] if layer == "radiance" else [f"irradiance.{channel}" for channel in "RGB"]
+    wanted = ["R", "G", "B"] if layer == "radiance" else [f"{layer}.{channel}" for channel in "RGB"]
     missing = [name for name in wanted if name not in names]
     if missing:
         raise Refused(f"{path} has no channel {missing[0]}; it has {', '.join(names)}")
@@ -113,12 +119,36 @@ def read_layer(mi, numpy, path, layer):
     return numpy.stack([pixels[:, :, names.index(name)] for name in wanted], 2)
 
 
-def integrators(mi, samples, holes):
-    """Mitsuba's integrator and the number of its samples that are averaged. `direct` takes all light samples at once, and takes what has
-    holes for solid; `volpath` takes one, and lets light through holes."""
+def measurement(mi, numpy, world, options, holes):
+    """Function that returns the light along a ray, by a sampler and a number of the ray's own. `direct` takes all light samples at once, and takes
+    what has holes for solid; `volpath` takes one, and lets light through holes. Paths of indirect light are traced twice, with and without
+    their last reflection, by equal random numbers: the direct light of both is the same, and cancels."""
+    samples = options.samples
+
+    def integrator(kind, depth):
+        return mi.load_dict({"type": kind, "max_depth": depth, "rr_depth": 100, "hide_emitters": True})
+
+    def one(integrator, sampler, ray):
+        return numpy.array(integrator.sample(world, sampler, ray)[0])
+
+    if options.layer == "indirect":
+        kind = "volpath" if holes else "path"
+        deep, shallow = integrator(kind, 3), integrator(kind, 2)
+
+        def indirect(sampler, ray, number):
+            total = numpy.zeros(3)
+            for sample in range(samples):
+                key = number * samples + sample
+                for path, sign in ((deep, 1), (shallow, -1)):
+                    sampler.seed(key & 0xFFFFFFFF)
+                    total += sign * one(path, sampler, ray)
+            return total / samples
+        return indirect
     if holes:
-        return mi.load_dict({"type": "volpath", "max_depth": 2, "rr_depth": 100, "hide_emitters": True}), samples
-    return mi.load_dict({"type": "direct", "emitter_samples": samples, "bsdf_samples": 0, "hide_emitters": True}), 1
+        path = integrator("volpath", 2)
+        return lambda sampler, ray, number: sum(one(path, sampler, ray) for _ in range(samples)) / samples
+    direct = mi.load_dict({"type": "direct", "emitter_samples": samples, "bsdf_samples": 0, "hide_emitters": True})
+    return lambda sampler, ray, number: one(direct, sampler, ray)
 
 
 def first_hit(world, ray):
@@ -130,9 +160,9 @@ def first_hit(world, ray):
         ray = hit.spawn_ray(ray.d)
 
 
-def render(mi, numpy, world, rays, samples, seed, holes):
+def render(mi, numpy, world, rays, options, seed, holes):
     """Light from the one emitter of a scene along rays; NaN where the emitter itself is seen."""
-    integrator, repeats = integrators(mi, samples, holes)
+    measure = measurement(mi, numpy, world, options, holes)
     sampler = mi.load_dict({"type": "independent"})
     sampler.seed(seed)
     origin, directions = rays
@@ -146,7 +176,7 @@ def render(mi, numpy, world, rays, samples, seed, holes):
             if hit.is_valid() and hit.shape.is_emitter():
                 image[y, x] = numpy.nan
             elif hit.is_valid():
-                image[y, x] = sum(numpy.array(integrator.sample(world, sampler, ray)[0]) for _ in range(repeats)) / repeats
+                image[y, x] = measure(sampler, ray, (seed * height + y) * width + x)
     return image
 
 
@@ -180,7 +210,7 @@ def images(mi, numpy, scene, size, options):
         others = {f"shape{key[0]}-{key[1]}": shape for key, shape in shapes.items() if key != light.part}
         world = mi.load_dict({"type": "scene", "light": emitter(mi, numpy, scene, light, channel), **others})
         for half in (0, 1):
-            sums[half] = sums[half] + render(mi, numpy, world, rays, options.samples, 2 * number + half, holes)
+            sums[half] = sums[half] + render(mi, numpy, world, rays, options, 2 * number + half, holes)
             print(f"pass {number + 1} of {len(passes)}, half {half + 1} of 2: done", file=sys.stderr, flush=True)
     scale = numpy.pi if options.layer == "irradiance" else 1.0
     return [image * scale for image in sums]

@@ -2,6 +2,7 @@
 """Renders the scenes of `scripts/scenes`, compares them with Mitsuba and writes the rows of `results/mitsuba/comparison.csv`.
 
   python3 scripts/mitsuba_table.py target/debug/halflight
+  python3 scripts/mitsuba_table.py target/debug/halflight --indirect      writes results/mitsuba/indirect.csv
 
 Rows with a change are controls: Mitsuba's scene differs in that one value, and the comparison must find far more than the row of the same
 scene without it. Refuses to run on a working tree that differs from its commit. Needs what compare_with_mitsuba.py needs.
@@ -18,6 +19,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TABLE = ROOT / "results/mitsuba/comparison.csv"
+INDIRECT_TABLE = ROOT / "results/mitsuba/indirect.csv"
 
 # Scene, size, Mitsuba's samples a pixel, and changes that must be found.
 ROWS = [
@@ -35,6 +37,16 @@ ROWS = [
     ("plastic", "96x72", 8192, ["mesh.0.roughness=0.42", "mesh.0.reflectance=[0.06, 0.06, 0.06]"]),
 ]
 
+# The same for references of one diffuse reflection.
+INDIRECT_ROWS = [
+    ("corner", "64x48", 1024, ["light.0.radius=0.52", "mesh.0.albedo=[0.7, 0.7, 0.7]"]),
+    ("disk", "64x48", 1024, ["light.0.radius=0.62"]),
+    ("corner-screen", "64x48", 1024, ["light.0.corner=[-0.9, 2.9, -0.5]"]),
+]
+
+# Rays of each pixel of these references.
+RAYS = 8192
+
 COLUMNS = ["scene", "change", "width", "height", "quality", "mitsuba_samples", "nmse2", "mitsuba_noise", "ratio_of_means", "command", "commit",
            "machine"]
 
@@ -51,35 +63,40 @@ def machine():
     return f"{models[0] if models else platform.processor()}, {os.cpu_count()} cores, {platform.system().lower()}"
 
 
-def rows(halflight, folder):
+def rows(halflight, folder, indirect):
     """Rows of the table, one after another."""
     commit, place = run(["git", "rev-parse", "--short", "HEAD"]).strip(), machine()
-    for scene, size, samples, changes in ROWS:
+    quality = f"{RAYS} rays" if indirect else "final"
+    for scene, size, samples, changes in INDIRECT_ROWS if indirect else ROWS:
         path = f"scripts/scenes/{scene}.toml"
         render = ["render", path, "--size", size, "--quality", "final", "--antialias", "1", "--out"]
+        if indirect:
+            render = ["reference", path, "--indirect", "--size", size, "--samples", str(RAYS), "--out"]
         image = folder / "image.exr"
         run([halflight, *render, str(image)])
         for change in [None, *changes]:
             compare = ["scripts/compare_with_mitsuba.py", path, "image.exr", "--samples", str(samples)]
+            compare += ["--layer", "indirect"] if indirect else []
             if change:
                 compare += ["--change", f"'{change}'"]
             arguments = [str(image) if word == "image.exr" else word.strip("'") for word in compare]
             text = run([sys.executable, *arguments])
             values = [re.search(rf"^{name} +(\S+)", text, re.MULTILINE).group(1) for name in ("NMSE2", "of which noise", "ratio of means")]
             command = f"halflight {' '.join(render)} image.exr; python3 {' '.join(compare)}"
-            yield [scene, change or "", *size.split("x"), "final", samples, *values, command, commit, place]
+            yield [scene, change or "", *size.split("x"), quality, samples, *values, command, commit, place]
             print(scene, change or "", *values, flush=True)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("halflight", type=lambda path: str(pathlib.Path(path).resolve()), help="the program")
-    halflight = parser.parse_args().halflight
+    parser.add_argument("--indirect", action="store_true", help="compare references of indirect light")
+    options = parser.parse_args()
     if run(["git", "status", "--porcelain", "--untracked-files=no"]).strip():
         sys.exit("error: the working tree differs from its commit, which the rows would name; commit first")
     with tempfile.TemporaryDirectory() as folder:
-        found = list(rows(halflight, pathlib.Path(folder)))
-    with TABLE.open("w", newline="") as file:
+        found = list(rows(options.halflight, pathlib.Path(folder), options.indirect))
+    with (INDIRECT_TABLE if options.indirect else TABLE).open("w", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows([COLUMNS, *found])
 
 

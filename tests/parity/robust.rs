@@ -1,7 +1,7 @@
 //! Image sizes, several lights and frames, and refusals.
 
 use halflight::camera::View;
-use halflight::config::{PipelineConfig, RefinerConfig, UpsamplerConfig};
+use halflight::config::{IndirectConfig, PipelineConfig, RefinerConfig, UpsamplerConfig};
 use halflight::glam::{Vec3, Vec4};
 use halflight::irradiance::Shading;
 use halflight::light::{AreaLight, LightFrame};
@@ -97,6 +97,9 @@ fn what_cannot_be_rendered_is_refused() {
     let refiner = RefinerConfig::Lattice(LatticeConfig { certify: true, ..LatticeConfig::default() });
     let error = refused(&scene, &PipelineConfig { refiner, ..config });
     assert!(matches!(error, GpuError::Unsupported { .. }) && error.to_string().contains("certificates"));
+    let indirect = IndirectConfig::Gather(Default::default());
+    let error = refused(&scene, &PipelineConfig { indirect, ..config });
+    assert!(matches!(error, GpuError::Unsupported { stage: "indirect light", .. }), "{error}");
     let module = shader_module("visibility/bvh").unwrap().replace("fn occluded", "fn hidden");
     let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
     let other = Renderer::with_visibility(device, queue, &scene, &config, &module);

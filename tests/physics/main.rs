@@ -6,6 +6,7 @@ mod emissive_faces;
 mod flush_lights;
 mod glossy;
 mod half_plane;
+mod indirect;
 mod light_shapes;
 mod open_floor;
 mod smooth_sphere;

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
-use halflight_cpu::config::{Named, Quality, RefinerConfig, UpsamplerConfig, VisibilityConfig};
+use halflight_cpu::config::{
+    IndirectConfig, Named, Quality, RefinerConfig, UpsamplerConfig, VisibilityConfig,
+};
 
 use crate::paths::{HELP, OutputPath};
 
@@ -36,13 +38,16 @@ Examples:
   halflight render --refiner nichols --print-config > nichols.toml    every constant, to edit
   halflight render atrium --config nichols.toml
   halflight render atrium --device gpu --refiner per-pixel --samples 64
+  halflight render atrium --indirect gather --out image.exr            with the layers direct and indirect
   halflight render nave --frames 96 --fps 12 --png out/nave.png       out/nave-0000.png to out/nave-0095.png
   halflight render nave --frames 40..48 --out nave.exr --stats nave.json";
 
 const REFERENCE_EXAMPLES: &str = "\
 Examples:
   halflight reference atrium --samples 4096 --out truth.exr
-  halflight reference atrium --samples 16384 --out truth.exr    adds to the samples of the first";
+  halflight reference atrium --samples 16384 --out truth.exr    adds to the samples of the first
+  halflight reference atrium --indirect --samples 1024 --out truth.exr
+  halflight compare image.exr truth.exr --layer indirect_irradiance";
 
 const COMPARE: &str = "\
 OpenEXR files of other programs can be compared as well: channels R, G, B (or Y alone) of 16 or 32 bits; alpha does not
@@ -196,6 +201,10 @@ pub(crate) struct Choices {
     /// Quantity that is interpolated: irradiance, or the visible fraction [default: ratio].
     #[arg(long, value_parser = ["sampled", "ratio"])]
     pub(crate) shading: Option<String>,
+    /// Indirect light: what surfaces reflect diffusely onto each other, by light propagation volumes (lpv) or gathered from lit points of the
+    /// surfaces (gather). On the CPU only [default: none].
+    #[arg(long, value_parser = names::<IndirectConfig>())]
+    pub(crate) indirect: Option<String>,
     /// Light samples of a full mask, 1 to 4096 [default: as many as the quality or the error target takes; 64 without one].
     #[arg(long, value_name = "N")]
     pub(crate) samples: Option<u32>,
@@ -225,7 +234,7 @@ pub(crate) struct Choices {
 pub(crate) struct Reference {
     #[command(flatten)]
     pub(crate) scene: SceneArg,
-    /// Light samples a pixel and light, rounded up to a multiple of 512.
+    /// Light samples a pixel and light, rounded up to a multiple of 512; with --indirect, rays over the hemisphere of each pixel.
     #[arg(long, value_name = "N", default_value_t = 4096)]
     pub(crate) samples: u32,
     /// Size in pixels.
@@ -235,6 +244,9 @@ pub(crate) struct Reference {
     /// --antialias`.
     #[arg(long, value_name = "N", value_parser = sub_samples(), default_value = "1")]
     pub(crate) antialias: u32,
+    /// Indirect light of exactly one diffuse reflection, in the place of direct light: the layers indirect_irradiance and indirect.
+    #[arg(long, conflicts_with = "antialias")]
+    pub(crate) indirect: bool,
     /// Seed of the light samples. Must not be that of images to be compared with it.
     #[arg(long, value_name = "N", default_value_t = halflight_lab::reference::SEED)]
     pub(crate) seed: u32,
@@ -255,8 +267,8 @@ pub(crate) struct Compare {
     pub(crate) image: PathBuf,
     /// The reference that it is measured against, OpenEXR.
     pub(crate) reference: PathBuf,
-    /// Layer that is compared, such as radiance [default: irradiance where both files have it, otherwise R, G, B without a
-    /// layer's name].
+    /// Layer that is compared, such as radiance [default: irradiance where both files have it, or else indirect_irradiance, otherwise
+    /// R, G, B without a layer's name].
     #[arg(long)]
     pub(crate) layer: Option<String>,
     /// Print JSON.

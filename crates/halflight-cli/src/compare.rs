@@ -3,7 +3,9 @@
 use std::error::Error;
 
 use halflight_core::glam::Vec3;
-use halflight_image::{DEFAULT_LAYER, ExrFile, VISIBILITY, Window, layer_in_words, memory, picture};
+use halflight_image::{
+    DEFAULT_LAYER, ExrFile, INDIRECT_IRRADIANCE, VISIBILITY, Window, layer_in_words, memory, picture,
+};
 use halflight_lab::program::{print, say};
 use halflight_metrics::{CompareError, Comparison, Image, compare, is_standard_output, write_png};
 
@@ -112,13 +114,14 @@ fn in_picture(error: CompareError, window: &Window) -> Box<dyn Error> {
     }
 }
 
-/// Returns the layers to compare: those `asked` for, or the irradiance if both files have it, or those that all programs show.
+/// Returns the layers to compare: those `asked` for, or the irradiance or else the indirect irradiance if both files have it, or those that all programs show.
 fn layers<'a>(asked: Option<&'a str>, image: &'a ExrFile, reference: &'a ExrFile) -> [&'a str; 2] {
-    const IRRADIANCE: &str = "irradiance";
     let both = [image, reference];
-    match asked {
+    // References of indirect light have no other irradiance.
+    let usual = ["irradiance", INDIRECT_IRRADIANCE];
+    let found = || usual.into_iter().find(|layer| both.iter().all(|file| file.layer(layer).is_ok()));
+    match asked.or_else(found) {
         Some(layer) => [layer; 2],
-        None if both.iter().all(|file| file.layer(IRRADIANCE).is_ok()) => [IRRADIANCE; 2],
         None => both.map(|file| file.shown_layer.as_str()),
     }
 }

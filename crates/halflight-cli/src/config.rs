@@ -4,7 +4,7 @@ use std::path::Path;
 
 use halflight_core::frame::LightSampling;
 use halflight_cpu::config::{
-    Named, PipelineConfig, Quality, RefinerConfig, UpsamplerConfig, VisibilityConfig,
+    IndirectConfig, Named, PipelineConfig, Quality, RefinerConfig, UpsamplerConfig, VisibilityConfig,
 };
 use serde_json::{Map, Value, json};
 
@@ -87,6 +87,7 @@ fn options(choices: &Choices) -> Value {
     put("visibility", choices.visibility.as_ref().map(|name| json!({ "name": name })));
     put("upsampler", if lattice { Some(json!("lattice")) } else { text(&choices.upsampler) });
     put("shading", if lattice { Some(json!("ratio")) } else { text(&choices.shading) });
+    put("indirect", text(&choices.indirect));
     put("seed", choices.seed.map(|seed| json!(seed)));
     put("antialias", choices.antialias.map(|count| json!(count)));
     // Some backends need samples in rows.
@@ -148,11 +149,13 @@ impl Layered {
     /// the upsampler that fits it, and it or a number of light samples ends the default error target, unless these are chosen.
     fn lay(&mut self, layer: &Value) -> Result<(), String> {
         let mut layer = layer.clone();
-        // A name alone stands for the upsampler with its default constants.
-        if let Some(upsampler) = layer.get_mut("upsampler")
-            && upsampler.is_string()
-        {
-            *upsampler = json!({ "name": upsampler });
+        // A name alone stands for the stage with its default constants.
+        for stage in [UpsamplerConfig::STAGE, IndirectConfig::STAGE] {
+            if let Some(stage) = layer.get_mut(stage)
+                && stage.is_string()
+            {
+                *stage = json!({ "name": stage });
+            }
         }
         let layer = &layer;
         self.upsampler |= layer.get("upsampler").is_some();
@@ -172,6 +175,7 @@ impl Layered {
         }
         self.choose::<UpsamplerConfig>(layer)?;
         self.choose::<VisibilityConfig>(layer)?;
+        self.choose::<IndirectConfig>(layer)?;
         if ["/refiner/name", "/sampling/count"].iter().any(|key| layer.pointer(key).is_some()) {
             self.leave_target();
         }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use halflight_cpu::config::{Named, PipelineConfig};
+use halflight_cpu::config::{IndirectConfig, Named, PipelineConfig};
 use halflight_image::memory;
 use halflight_lab::program::print;
 
@@ -15,6 +15,9 @@ use crate::{animate, render, scene, voxel_errors};
 
 /// Bytes a pixel of an image with all layers while it is written: 23 channels, as values and compressed.
 const LAYERS: u64 = 180;
+
+/// Bytes a pixel of the layers of indirect light: 9 channels.
+const INDIRECT: u64 = 72;
 
 /// Bytes a pixel of a failure map while it is made.
 const FAILURES: u64 = 170;
@@ -39,6 +42,13 @@ pub(crate) fn run(mut args: Render) -> Outcome {
     output.check(first)?;
     if args.choices.device != "cpu" && (args.frames.is_some() || args.voxel_error_map.is_some()) {
         return Err("--frames and --voxel-error-map are for the CPU: leave out --device".into());
+    }
+    if args.choices.device != "cpu" && config.indirect != IndirectConfig::None {
+        let name = config.indirect.name();
+        return Err(format!(
+            "indirect light ({name}) is computed on the CPU only: leave out --device, or choose --indirect none"
+        )
+        .into());
     }
     let ready = scene::load(name)?;
     output.build_ms = ready.prepared.bvh().build_time().as_secs_f64() * 1e3;
@@ -66,7 +76,9 @@ fn check_memory(args: &Render, config: &PipelineConfig) -> Outcome {
         "cpu" => config.bytes_needed(),
         _ => pixels.saturating_mul(DOWNLOADED),
     };
-    let outputs = [(args.out.is_some(), LAYERS), (args.voxel_error_map.is_some(), FAILURES)];
+    let indirect = args.out.is_some() && config.indirect != IndirectConfig::None;
+    let outputs =
+        [(args.out.is_some(), LAYERS), (indirect, INDIRECT), (args.voxel_error_map.is_some(), FAILURES)];
     let bytes: u64 = outputs.iter().filter(|(asked, _)| *asked).map(|(_, bytes)| bytes).sum();
     let needed = frame.saturating_add(pixels.saturating_mul(bytes));
     memory::check(format!("an image of {width}x{height} pixels ({})", refiner.name()), needed)

@@ -138,8 +138,13 @@ fn layers(
         true => file.add_light(&image.irradiance, &gbuffer.albedo),
         false => file.add_resolved_light(&image.irradiance, &image.radiance),
     }
+    if !image.indirect.is_empty() {
+        file.add_indirect(&image.irradiance, &image.indirect, &gbuffer.albedo);
+    }
     if !(image.specular.is_empty() && image.emission.is_empty()) {
-        let diffuse = picture::radiance(&image.irradiance, &gbuffer.albedo);
+        let mut diffuse = picture::radiance(&image.irradiance, &gbuffer.albedo);
+        let indirect = picture::radiance(&image.indirect, &gbuffer.albedo);
+        diffuse.iter_mut().zip(indirect).for_each(|(diffuse, indirect)| *diffuse += indirect);
         file.add_parts(&diffuse, &image.specular, &image.emission);
     }
     // GPUs keep no visible part.

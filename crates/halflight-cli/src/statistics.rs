@@ -1,7 +1,8 @@
 //! Statistics of a frame: as JSON, and in words.
 
 use halflight_core::stats::{
-    AntialiasCounts, CertificateCounts, FragmentCounts, FrameStats, RayCounts, StageTimes, VisibilityStats,
+    AntialiasCounts, CertificateCounts, FragmentCounts, FrameStats, IndirectCounts, RayCounts, StageTimes,
+    VisibilityStats,
 };
 use halflight_cpu::config::{Named, PipelineConfig};
 use serde::Serialize;
@@ -20,6 +21,7 @@ pub(crate) struct Statistics<'a> {
     visibility: &'a VisibilityStats,
     certified: &'a CertificateCounts,
     antialias: &'a AntialiasCounts,
+    indirect: &'a IndirectCounts,
     #[serde(skip_serializing_if = "Option::is_none")]
     expected_nmse2: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -44,6 +46,7 @@ impl<'a> Statistics<'a> {
             visibility,
             certified,
             antialias,
+            indirect,
             expected_nmse2,
             stages_ms,
             total_ms,
@@ -58,6 +61,7 @@ impl<'a> Statistics<'a> {
             visibility,
             certified,
             antialias,
+            indirect,
             expected_nmse2: *expected_nmse2,
             voxel_failures,
             stages_ms,
@@ -80,6 +84,7 @@ pub(crate) fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, 
         upsample,
         compose,
         specular,
+        indirect,
         antialias,
         ..
     } = stats.stages_ms;
@@ -93,6 +98,7 @@ pub(crate) fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, 
         ("upsample", upsample),
         ("compose", compose),
         ("specular", specular),
+        ("indirect", indirect),
         ("antialias", antialias),
         ("total", stats.total_ms),
     ];
@@ -114,9 +120,9 @@ pub(crate) fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, 
     if cells != per_level && cells.iter().any(|&count| count > 0) {
         lines.push(format!("  cells      {} (by level: {})", cells.iter().sum::<u64>(), by_level(cells)));
     }
-    let RayCounts { refine, last, specular, skipped, total, .. } = stats.rays;
+    let RayCounts { refine, last, specular, indirect, skipped, total, .. } = stats.rays;
     lines.push(format!(
-        "  rays       {total} ({refine} to refine, {last} final, {specular} specular; {skipped} skipped)"
+        "  rays       {total} ({refine} to refine, {last} final, {specular} specular, {indirect} indirect; {skipped} skipped)"
     ));
     let VisibilityStats { prepare_ms, lit, umbra, spared, listed, walked, left_to_rays, pairs, kept, .. } =
         stats.visibility;
@@ -146,6 +152,14 @@ pub(crate) fn summary(scene: &str, config: &PipelineConfig, stats: &FrameStats, 
         lines.push(format!(
             "  edges      {edge_pixels} pixels, {resolved_pixels} of several surfaces; {sub_samples} sub-samples, {masks} with masks of \
              their own"
+        ));
+    }
+    let IndirectCounts { points, lit, records, place_ms, light_ms, transport_ms, lookup_ms, .. } =
+        stats.indirect;
+    if points > 0 {
+        lines.push(format!(
+            "  points     {points} placed in {place_ms:.1} ms; {lit} lit sides in {light_ms:.1} ms; {records} records, transport in \
+             {transport_ms:.1} ms; look-up in {lookup_ms:.1} ms"
         ));
     }
     if let Some(error) = stats.expected_nmse2 {

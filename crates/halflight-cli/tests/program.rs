@@ -62,6 +62,7 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
             "config",
             "expected_nmse2",
             "fragments",
+            "indirect",
             "peak_bytes",
             "rays",
             "stages_ms",
@@ -82,6 +83,7 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
             "certify",
             "compose",
             "gbuffer",
+            "indirect",
             "irradiance",
             "pyramid",
             "refine",
@@ -92,11 +94,11 @@ fn render_writes_what_it_is_asked_for_and_nothing_else() {
     );
     let mut rays = keys(&stats["rays"]);
     rays.sort_unstable();
-    assert_eq!(rays, ["final", "refine", "skipped", "specular", "total"]);
+    assert_eq!(rays, ["final", "indirect", "refine", "skipped", "specular", "total"]);
     let count = |key: &str| stats["rays"][key].as_u64().unwrap();
     assert_eq!(count("total"), count("refine") + count("final") + count("specular"));
-    // The scene is matte.
-    assert_eq!(count("specular"), 0);
+    // The scene is matte, and indirect light was not asked for.
+    assert_eq!((count("specular"), count("indirect")), (0, 0));
     let levels = stats["fragments"]["per_level"].as_array().unwrap();
     let total: u64 = levels.iter().map(|count| count.as_u64().unwrap()).sum();
     assert_eq!(stats["fragments"]["total"].as_u64(), Some(total));

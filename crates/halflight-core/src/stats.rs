@@ -22,6 +22,9 @@ pub struct RayCounts {
     /// Traced for specular reflection alone.
     #[serde(default)]
     pub specular: u64,
+    /// Traced for indirect light alone.
+    #[serde(default)]
+    pub indirect: u64,
     /// Not traced, because the sample lies below the receiver's or the light's horizon.
     pub skipped: u64,
     /// All traced rays.
@@ -52,6 +55,9 @@ pub struct StageTimes {
     /// Specular reflection, with its shadow rays. Only with glossy surfaces.
     #[serde(default)]
     pub specular: f64,
+    /// Indirect light, all of it. Only where it is asked for.
+    #[serde(default)]
+    pub indirect: f64,
     /// Edge pixels: their sub-samples, the masks of these, and the sum over the lights. On the GPU, all frames of sub-samples. Only with
     /// antialiasing.
     #[serde(default)]
@@ -70,6 +76,30 @@ pub struct AntialiasCounts {
     pub sub_samples: u64,
     /// Visibility masks of sub-samples on surfaces that no pixel nearby sees, all lights together.
     pub masks: u64,
+}
+
+/// Counts and times of indirect light; all 0 without.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct IndirectCounts {
+    /// Points on the surfaces at which direct light was computed.
+    pub points: u64,
+    /// Sides of points that direct light reaches.
+    pub lit: u64,
+    /// Receivers at which light was gathered.
+    pub records: u64,
+    /// Shadow rays from points to the lights.
+    pub light_rays: u64,
+    /// Shadow rays between receivers and points.
+    pub gather_rays: u64,
+    /// Time to place points; 0 where those of the frame before were kept, ms.
+    pub place_ms: f64,
+    /// Time of direct light at the points, ms.
+    pub light_ms: f64,
+    /// Time to gather, or to inject and propagate, ms.
+    pub transport_ms: f64,
+    /// Time to interpolate or look up at pixels, ms.
+    pub lookup_ms: f64,
 }
 
 /// Fragments of a frame, all lights together.
@@ -153,6 +183,7 @@ impl AddAssign for RayCounts {
         self.refine += other.refine;
         self.last += other.last;
         self.specular += other.specular;
+        self.indirect += other.indirect;
         self.skipped += other.skipped;
         self.total += other.total;
     }
@@ -229,6 +260,9 @@ pub struct FrameStats {
     /// Edge pixels and their sub-samples.
     #[serde(default)]
     pub antialias: AntialiasCounts,
+    /// Indirect light.
+    #[serde(default)]
+    pub indirect: IndirectCounts,
     /// Work of each level, 0 first, all lights together; empty from refiners that do not work level by level.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub levels: Vec<LevelWork>,

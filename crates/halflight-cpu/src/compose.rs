@@ -50,11 +50,19 @@ pub(crate) fn add_light(
     }
 }
 
-/// Writes the radiance that leaves the surfaces: albedo/π · irradiance, and `specular` where there is any.
-pub(crate) fn reflect(gbuffer: &GBuffer, irradiance: &[Vec3], specular: &[Vec3], radiance: &mut Vec<Vec3>) {
+/// Writes the radiance that leaves the surfaces: albedo/π · irradiance, and `indirect` light and `specular` reflection where there are any.
+pub(crate) fn reflect(
+    gbuffer: &GBuffer,
+    irradiance: &[Vec3],
+    indirect: &[Vec3],
+    specular: &[Vec3],
+    radiance: &mut Vec<Vec3>,
+) {
     radiance.resize(irradiance.len(), Vec3::ZERO);
     let pixels = radiance.par_iter_mut().zip(irradiance).zip(&gbuffer.albedo).with_min_len(4096);
     pixels.for_each(|((radiance, &light), &albedo)| *radiance = light * albedo * FRAC_1_PI);
+    let again = radiance.par_iter_mut().zip(indirect).zip(&gbuffer.albedo).with_min_len(4096);
+    again.for_each(|((radiance, &light), &albedo)| *radiance += light * albedo * FRAC_1_PI);
     let glossy = radiance.par_iter_mut().zip(specular).with_min_len(4096);
     glossy.for_each(|(radiance, &specular)| *radiance += specular);
 }

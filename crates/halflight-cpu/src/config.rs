@@ -12,6 +12,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::beam::Beam;
 use crate::bvh::Bvh;
+use crate::indirect::{Gather, GatherConfig, Indirect, Lpv, LpvConfig, MOST_POINTS};
 use crate::irradiance::Shading;
 use crate::pipeline::{Pipeline, PipelineBuilder, PipelineError};
 use crate::prepared::PreparedScene;
@@ -160,6 +161,30 @@ stages! {
     Lattice(RbfRobustConfig) = "lattice",
 }
 
+stages! {
+    /// A method for indirect light and its constants.
+    #[derive(Default)]
+    IndirectConfig, "indirect",
+    /// No indirect light.
+    #[default]
+    None = "none",
+    /// Light propagation volume (Koa16).
+    Lpv(LpvConfig) = "lpv",
+    /// Light of one reflection, gathered from points on the surfaces.
+    Gather(GatherConfig) = "gather",
+}
+
+impl IndirectConfig {
+    /// Makes the stage; none for no indirect light.
+    pub fn stage(&self) -> Option<Box<dyn Indirect>> {
+        match *self {
+            Self::None => None,
+            Self::Lpv(config) => Some(Box::new(Lpv::new(config))),
+            Self::Gather(config) => Some(Box::new(Gather::new(config))),
+        }
+    }
+}
+
 impl Default for UpsamplerConfig {
     /// The one that fits the default refiner.
     fn default() -> Self {
@@ -184,6 +209,9 @@ pub struct PipelineConfig {
     pub shading: Shading,
     /// Light samples.
     pub sampling: LightSampling,
+    /// Indirect light; on the CPU only.
+    #[serde(default)]
+    pub indirect: IndirectConfig,
     /// Seed of all randomness.
     pub seed: u32,
     /// Sub-samples of pixels that see several surfaces: 1 (off), 4, 8 or 16. On the GPU, of all pixels, by
@@ -207,6 +235,7 @@ impl Default for PipelineConfig {
             upsampler: RefinerConfig::default().upsampler(),
             shading: Shading::default(),
             sampling: LightSampling::default(),
+            indirect: IndirectConfig::default(),
             seed: 0,
             antialias: no_antialiasing(),
         }
@@ -309,7 +338,8 @@ impl PipelineConfig {
     /// | `lattice` with `certify` | 170 | 103 to 157 | 8 |
     /// | others | 130 | 83 to 128 | 8 |
     ///
-    /// Antialiasing adds 20, and 18 for each sub-sample: a quarter of the pixels at edges, as in furnished rooms.
+    /// Antialiasing adds 20, and 18 for each sub-sample: a quarter of the pixels at edges, as in furnished rooms. Indirect light adds 64 a pixel, 2,000 a
+    /// point and 400 a cell of its grid.
     pub fn bytes_needed(&self) -> u64 {
         let words = u64::from(self.sampling.count.clamp(1, 4096)).div_ceil(64);
         let bytes = match self.refiner {
@@ -318,7 +348,16 @@ impl PipelineConfig {
             _ => 130 + 8 * (words - 1),
         };
         let antialias = if self.antialias > 1 { 20 + 18 * u64::from(self.antialias.min(16)) } else { 0 };
-        u64::from(self.width).saturating_mul(u64::from(self.height)).saturating_mul(bytes + antialias)
+        let (indirect, fixed) = match self.indirect {
+            IndirectConfig::None => (0, 0),
+            IndirectConfig::Gather(config) => (64, 2000 * u64::from(config.points.min(MOST_POINTS))),
+            IndirectConfig::Lpv(config) => {
+                let cells = u64::from(config.cells.clamp(4, 128)) + 8;
+                (64, 2000 * u64::from(config.points.min(MOST_POINTS)) + 400 * cells.pow(3))
+            }
+        };
+        let pixels = u64::from(self.width).saturating_mul(u64::from(self.height));
+        pixels.saturating_mul(bytes + antialias + indirect).saturating_add(fixed)
     }
 
     /// A builder with these choices made; threads, layers and stages of one's own can still be set.
@@ -330,6 +369,7 @@ impl PipelineConfig {
             .boxed_upsampler(self.upsampler.stage(&self.refiner))
             .shading(self.shading)
             .sampling(self.sampling)
+            .boxed_indirect(self.indirect.stage())
             .seed(self.seed)
             .antialias(self.antialias);
         match visibility {

@@ -4,17 +4,19 @@ mod rays;
 mod sub_samples;
 mod surface;
 
+use glam::Vec3;
 use halflight_core::camera::View;
 use halflight_core::gbuffer::GBuffer;
 use halflight_core::scene::{Mesh, Scene};
 use rayon::prelude::*;
 
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, RAYS};
 use crate::simd::{Isa, Kernel, Simd};
 use rays::Rays;
 use surface::Layers;
 
 pub(crate) use sub_samples::{SubSample, trace_sub_samples};
+pub(crate) use surface::diffuse_albedo;
 
 /// Pixels along the side of a tile, and of the squares that it consists of. A tile is a packet; where the tile before it has
 /// shown more than [`FINE`] triangles, each square is.
@@ -47,6 +49,80 @@ fn trace_with(isa: Isa, bvh: &Bvh, scene: &Scene, width: u32, height: u32, out: 
         let top = index * TILE;
         isa.run(Band { bvh, mesh: &scene.mesh, view: &view, width: width as usize, top, layers });
     });
+}
+
+/// Rays that one thread traces at a time.
+const TASK: usize = 1024;
+
+/// Fills `out` with the nearest surfaces along rays, one entry a ray: the image has one row of as many pixels as the shorter slice has rays. Ray `i` leaves
+/// `origins[i]` along `directions[i]`, of any length above 0; one without length sees nothing. Depths are ray parameters, normals point to the
+/// rays' origins. Hits are decided as [`trace`] decides them.
+pub fn trace_rays(bvh: &Bvh, scene: &Scene, origins: &[Vec3], directions: &[Vec3], out: &mut GBuffer) {
+    let count = origins.len().min(directions.len());
+    out.reset(count as u32, 1);
+    let isa = Isa::best();
+    let tasks = Layers::parts(out, &scene.mesh, TASK).enumerate().with_max_len(1);
+    tasks.for_each(|(task, layers)| {
+        let (first, mesh) = (task * TASK, &scene.mesh);
+        let direction = |ray: usize, _| directions[first + ray];
+        let origins = &origins[first..count.min(first + TASK)];
+        isa.run(Sheaves { bvh, mesh, origins, rays: 1, limit: f32::INFINITY, direction, layers });
+    });
+}
+
+/// Fills `out` with the nearest surfaces along sheaves of `rays` rays, up to the ray parameter `limit` or hardly beyond it. Ray `i` of sheaf `k` leaves
+/// `origins[k]` along `direction(k, i)`, which has a length, and is entry `k * rays + i`.
+pub(crate) fn trace_sheaves(
+    bvh: &Bvh,
+    scene: &Scene,
+    origins: &[Vec3],
+    rays: usize,
+    limit: f32,
+    direction: impl Fn(usize, usize) -> Vec3 + Sync,
+    out: &mut GBuffer,
+) {
+    out.reset((origins.len() * rays) as u32, 1);
+    let (isa, sheaves) = (Isa::best(), TASK / rays.max(1));
+    let tasks = Layers::parts(out, &scene.mesh, sheaves * rays).enumerate().with_max_len(1);
+    tasks.for_each(|(task, layers)| {
+        let (first, mesh) = (task * sheaves, &scene.mesh);
+        let direction = |sheaf: usize, ray: usize| direction(first + sheaf, ray);
+        let origins = &origins[first..origins.len().min(first + sheaves)];
+        isa.run(Sheaves { bvh, mesh, origins, rays, limit, direction, layers });
+    });
+}
+
+/// Sheaves of rays, each from an origin of its own.
+struct Sheaves<'a, D: Fn(usize, usize) -> Vec3> {
+    bvh: &'a Bvh,
+    mesh: &'a Mesh,
+    origins: &'a [Vec3],
+    rays: usize,
+    limit: f32,
+    direction: D,
+    layers: Layers<'a>,
+}
+
+impl<D: Fn(usize, usize) -> Vec3> Kernel for Sheaves<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self) {
+        let Self { bvh, mesh, origins, rays: count, limit, .. } = self;
+        let mut rays = Rays::<RAYS>::new(bvh, mesh, Vec3::ZERO);
+        for (sheaf, &origin) in origins.iter().enumerate() {
+            rays.leave(origin, limit);
+            for first in (0..count).step_by(RAYS) {
+                let direction = |ray: usize| (self.direction)(sheaf, first + ray);
+                if count == 1 && direction(0) == Vec3::ZERO {
+                    self.layers.write(sheaf, mesh, origin, Vec3::ZERO, &surface::Surface::NONE);
+                    continue;
+                }
+                let place = |ray: usize| sheaf * count + first + ray;
+                rays.trace::<S>(RAYS.min(count - first), direction, place, &mut self.layers);
+            }
+        }
+    }
 }
 
 /// All tiles of up to [`TILE`] rows.

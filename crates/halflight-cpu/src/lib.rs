@@ -12,6 +12,7 @@ mod emission;
 pub mod flush;
 pub mod gbuffer;
 pub mod horizon;
+pub mod indirect;
 pub mod irradiance;
 mod multiversion;
 mod occluder;

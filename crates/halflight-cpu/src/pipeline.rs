@@ -26,6 +26,7 @@ use crate::beam::Beam;
 use crate::compose::{self, Totals, luminance};
 use crate::emission::SeenLights;
 use crate::flush::{self, FlushLight};
+use crate::indirect::Surroundings;
 use crate::irradiance::{self, Shading};
 use crate::prepared::PreparedScene;
 use crate::refine::{Lattice, Quality};
@@ -79,12 +80,15 @@ pub struct Image {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Irradiance per channel, W/m²; zero where nothing is seen. At the pixel's centre, with antialiasing as well; frames of a GPU have
+    /// Direct irradiance per channel, W/m²; zero where nothing is seen. At the pixel's centre, with antialiasing as well; frames of a GPU have
     /// the mean over sub-samples there.
     pub irradiance: Vec<Vec3>,
-    /// Radiance that reaches the camera, per channel, W/m²/sr: albedo/π · irradiance and what is reflected specularly, or what a light emits that is seen
+    /// Indirect irradiance per channel, W/m², at the pixel's centre: light that has been reflected at least once; zero where nothing is seen. Empty
+    /// where none was asked for.
+    pub indirect: Vec<Vec3>,
+    /// Radiance that reaches the camera, per channel, W/m²/sr: albedo/π · irradiance, direct and indirect, and what is reflected specularly, or what a light emits that is seen
     /// before the surface; with antialiasing the mean of that over a pixel's sub-samples. A mean of products is not the product of the means, so
-    /// that it does not follow from other layers. Empty without antialiasing, glossy surfaces and visible lights, where it is albedo/π · irradiance.
+    /// that it does not follow from other layers. Empty without antialiasing, indirect light, glossy surfaces and visible lights, where it is albedo/π · irradiance.
     pub radiance: Vec<Vec3>,
     /// Specularly reflected radiance per channel, W/m²/sr, at the pixel's centre; empty where no surface is glossy.
     pub specular: Vec<Vec3>,
@@ -140,6 +144,7 @@ impl Pipeline {
             size: (640, 480),
             refiner: Box::new(Lattice::new(Quality::default().lattice())),
             upsampler: Box::new(upsample::Lattice::default()),
+            indirect: None,
             shading: Shading::default(),
             sampling: LightSampling::default(),
             seed: 0,
@@ -279,7 +284,7 @@ impl State {
     /// A frame, stage by stage.
     fn render(&mut self, given: Option<&GBuffer>) -> Result<(), PipelineError> {
         let Self { builder, pattern, index, buffers, image, .. } = self;
-        let PipelineBuilder { scene, bvh, refiner, visibility, upsampler, .. } = builder;
+        let PipelineBuilder { scene, bvh, refiner, visibility, upsampler, indirect, .. } = builder;
         let mut antialias = (builder.antialias > 1).then_some(&mut buffers.antialias);
         let (width, height) = builder.size;
         let pixels = width as usize * height as usize;
@@ -378,7 +383,7 @@ impl State {
                 if number == 0 {
                     // The only light is the whole irradiance.
                     // Edges before lights that the camera sees matter in the dark as well.
-                    let whole = scene.lights.len() == 1 && !scene.lights[0].visible;
+                    let whole = scene.lights.len() == 1 && !scene.lights[0].visible && indirect.is_none();
                     let irradiance = whole.then_some(&image.irradiance[..]);
                     antialias.prepare(bvh, &frame, builder.antialias, irradiance)?;
                 }
@@ -410,6 +415,22 @@ impl State {
                 merge_levels(gbuffer, &buffers.fragments, &mut image.level);
             }
         }
+        image.indirect.clear();
+        if let Some(stage) = indirect {
+            clock = Instant::now();
+            image.indirect.resize(pixels, Vec3::ZERO);
+            let mut requests = Requests::new(visibility.as_mut(), bvh);
+            let mut surroundings = Surroundings { frame: &frame, bvh, requests: &mut requests };
+            stats.indirect = stage.light(&mut surroundings, &mut image.indirect);
+            if let Some(refusal) = requests.refusal {
+                return Err(refusal.into());
+            }
+            stats.rays.indirect = stats.indirect.light_rays + stats.indirect.gather_rays;
+            if let Some(antialias) = &mut antialias {
+                antialias.add_indirect(&image.indirect);
+            }
+            stats.stages_ms.indirect = lap(&mut clock);
+        }
         stats.expected_nmse2 = expected.map(|error| {
             let energy: f64 = image.irradiance.iter().map(|rgb| f64::from(luminance(*rgb)).powi(2)).sum();
             if energy > 0.0 { error / energy } else { 0.0 }
@@ -418,8 +439,10 @@ impl State {
         clock = Instant::now();
         image.emission.clear();
         let seen = SeenLights::new(scene, width, height);
-        if antialias.is_some() || seen.is_some() || !image.specular.is_empty() {
-            compose::reflect(gbuffer, &image.irradiance, &image.specular, &mut image.radiance);
+        let parted = !(image.specular.is_empty() && image.indirect.is_empty());
+        if antialias.is_some() || seen.is_some() || parted {
+            let (irradiance, indirect) = (&image.irradiance, &image.indirect);
+            compose::reflect(gbuffer, irradiance, indirect, &image.specular, &mut image.radiance);
         }
         if let Some(seen) = seen {
             let offsets = subpixel::offsets(builder.antialias)?;
@@ -441,7 +464,7 @@ impl State {
                 .extend(totals.map(|(&all, &visible)| if all > 0.0 { visible / all } else { 0.0 }));
         }
         stats.fragments.total = stats.fragments.per_level.iter().sum();
-        stats.rays.total = stats.rays.refine + stats.rays.last + stats.rays.specular;
+        stats.rays.total = stats.rays.refine + stats.rays.last + stats.rays.specular + stats.rays.indirect;
         stats.visibility = visibility.stats();
         stats.visibility.prepare_ms = prepare_ms;
         let held = bvh.bytes()
@@ -449,7 +472,9 @@ impl State {
             + refiner.bytes()
             + visibility.bytes()
             + upsampler.bytes()
+            + indirect.as_ref().map_or(0, |stage| stage.bytes())
             + (image.irradiance.capacity()
+                + image.indirect.capacity()
                 + image.radiance.capacity()
                 + image.specular.capacity()
                 + image.emission.capacity())

@@ -9,7 +9,7 @@ use halflight_core::light_texture::LightTexture;
 use halflight_core::pattern::Pattern;
 use halflight_core::scene::{Camera, Mesh, Scene};
 use halflight_core::subpixel;
-use halflight_cpu::config::{PipelineConfig, VisibilityConfig};
+use halflight_cpu::config::{IndirectConfig, PipelineConfig, VisibilityConfig};
 use halflight_cpu::flush::{FlushLight, separate_lights};
 use halflight_cpu::irradiance::Shading;
 use halflight_cpu::pipeline::{PipelineError, check_scene};
@@ -120,6 +120,12 @@ impl Renderer {
         check_scene(scene)?;
         subpixel::offsets(config.antialias).map_err(PipelineError::from)?;
         check_limits(&device.limits())?;
+        if config.indirect != IndirectConfig::None {
+            return Err(GpuError::Unsupported {
+                stage: "indirect light",
+                reason: "render on the CPU, or choose the configuration's indirect = \"none\"",
+            });
+        }
         let pattern = config.sampling.pattern().map_err(PipelineError::from)?;
         let (lights, flush) = separate_lights(scene, None);
         let spheres = matches!(config.visibility, VisibilityConfig::Bvh | VisibilityConfig::Auto);

@@ -33,6 +33,12 @@ pub const DEFAULT_LAYER: &str = "";
 /// Name of the layer of visible fractions of the light.
 pub const VISIBILITY: &str = "visibility";
 
+/// Name of the layer of radiance that indirect light causes.
+pub const INDIRECT: &str = "indirect";
+
+/// Name of the layer of indirect irradiance.
+pub const INDIRECT_IRRADIANCE: &str = "indirect_irradiance";
+
 /// Rectangle of pixels in the coordinates that all OpenEXR windows share; pixel (0, 0) need not be the first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Window {
@@ -128,6 +134,14 @@ impl ExrFile {
                 self.add_vectors(layer, RGB, values);
             }
         }
+    }
+
+    /// Adds the layers of indirect light: `direct` and `indirect`, the radiance albedo/π · irradiance of either (W/m²/sr), and
+    /// [`INDIRECT_IRRADIANCE`] (W/m²). All three are of pixels' centres; `irradiance` and `indirect` have one value a pixel.
+    pub fn add_indirect(&mut self, irradiance: &[Vec3], indirect: &[Vec3], albedo: &[Vec3]) {
+        self.add_vectors("direct", RGB, &picture::radiance(irradiance, albedo));
+        self.add_vectors(INDIRECT, RGB, &picture::radiance(indirect, albedo));
+        self.add_vectors(INDIRECT_IRRADIANCE, RGB, indirect);
     }
 
     /// Adds the layer [`VISIBILITY`] of visible fractions of the light, 0 … 1, in three equal channels.

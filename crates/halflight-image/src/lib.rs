@@ -30,6 +30,7 @@ pub mod memory;
 pub mod picture;
 
 pub use exr_file::{
-    DEFAULT_LAYER, ExrFile, METADATA, RGB, ReadError, VISIBILITY, Window, XYZ, layer_in_words,
+    DEFAULT_LAYER, ExrFile, INDIRECT, INDIRECT_IRRADIANCE, METADATA, RGB, ReadError, VISIBILITY, Window, XYZ,
+    layer_in_words,
 };
 pub use glam;

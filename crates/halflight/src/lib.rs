@@ -127,8 +127,8 @@ pub use halflight_core::{
 };
 pub use halflight_cpu as cpu;
 pub use halflight_cpu::{
-    beam, bvh, config, flush, irradiance, pipeline, prepared, raster4d, rays, refine, unshadowed, upsample,
-    voxel,
+    beam, bvh, config, flush, indirect, irradiance, pipeline, prepared, raster4d, rays, refine, unshadowed,
+    upsample, voxel,
 };
 #[cfg(feature = "gpu")]
 pub use halflight_gpu as gpu;

@@ -15,6 +15,8 @@ mod rays;
 mod sources;
 mod surfaces;
 
+use std::f32::consts::FRAC_1_PI;
+
 use glam::{Vec2, Vec3};
 use halflight_core::frame::Frame;
 use halflight_core::mask::{MaskBatch, Purpose};
@@ -223,6 +225,22 @@ impl Antialias {
             rays
         };
         sums.par_chunks_mut(TASK).enumerate().map(|(task, sums)| add(task, sums)).sum()
+    }
+
+    /// Adds indirect irradiance, known at the pixels. Sub-samples that no pixel nearby shares a surface with take that of their own pixel.
+    pub(crate) fn add_indirect(&mut self, indirect: &[Vec3]) {
+        let Self { samples, sources, sums, edges, .. } = self;
+        for (sum, (range, edge)) in sums.iter_mut().zip(samples.starts().windows(2).zip(edges.all())) {
+            for (entry, source) in (range[0]..range[1]).zip(&sources[range[0]..range[1]]) {
+                let pixel = match *source {
+                    Source::Whole => break,
+                    Source::Background => continue,
+                    Source::Pixel(pixel) => pixel,
+                    Source::Own(_) => edge.pixel,
+                };
+                *sum += samples.surfaces.albedo[entry] * indirect[pixel as usize] * FRAC_1_PI;
+            }
+        }
     }
 
     /// Replaces the radiance of pixels that see several surfaces, and the part of it that lights emit, by means over their sub-samples. Returns

@@ -21,7 +21,7 @@ const MASKED: u32 = u32::MAX;
 
 /// Closest hits of a packet's rays.
 pub(crate) struct Hits<const N: usize = RAYS> {
-    /// Ray parameters; infinite for a miss.
+    /// Ray parameters; infinite, or the limit of the search, for a miss.
     pub(crate) t: [f32; N],
     /// Lower and upper bounds on the ray parameters.
     least: [f32; N],
@@ -99,7 +99,19 @@ impl Bvh {
         stack: &mut [(u32, f32); STACK],
         hits: &mut Hits<N>,
     ) {
-        *hits = Hits::new();
+        self.closest_hit_within::<S, N>(packet, f32::INFINITY, stack, hits);
+    }
+
+    /// Finds the closest triangle that each ray of a finished packet meets up to a ray parameter, or hardly beyond it.
+    #[inline(always)]
+    pub(crate) fn closest_hit_within<S: Simd, const N: usize>(
+        &self,
+        packet: &Packet<N>,
+        limit: f32,
+        stack: &mut [(u32, f32); STACK],
+        hits: &mut Hits<N>,
+    ) {
+        *hits = Hits { t: [limit; N], least: [limit; N], most: [limit; N], ..Hits::new() };
         self.closer_hit::<S, N>(packet, None, stack, hits);
     }
 
@@ -133,7 +145,7 @@ impl Bvh {
         }
         let shaft = Shaft::new(packet.origin, packet.low, packet.high);
         let mut targets = Targets::new();
-        let mut end = f32::INFINITY;
+        let mut end = farthest::<S::Wide, N>(&hits.most, packet.count) * (1.0 + ROUNDED);
         stack[0] = (0, 0.0);
         let mut waiting = 1;
         while waiting > 0 {

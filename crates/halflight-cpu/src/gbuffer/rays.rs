@@ -1,6 +1,7 @@
 //! Packets of primary rays from one eye.
 
 use glam::Vec3;
+use halflight_core::gbuffer::NO_PRIMITIVE;
 use halflight_core::scene::Mesh;
 
 use super::surface::{Layers, Surface};
@@ -19,6 +20,8 @@ pub(super) struct Rays<'a, const N: usize> {
     hits: Hits<N>,
     stack: [(u32, f32); STACK],
     surfaces: [Surface; SURFACES],
+    /// Ray parameter up to which rays go.
+    limit: f32,
 }
 
 impl<'a, const N: usize> Rays<'a, N> {
@@ -32,7 +35,15 @@ impl<'a, const N: usize> Rays<'a, N> {
             hits: Hits::new(),
             stack: [(0, 0.0); STACK],
             surfaces: [Surface::NONE; SURFACES],
+            limit: f32::INFINITY,
         }
+    }
+
+    /// Moves the eye, for rays up to a ray parameter.
+    #[inline(always)]
+    pub(super) fn leave(&mut self, eye: Vec3, limit: f32) {
+        (self.eye, self.limit) = (eye, limit);
+        self.surfaces.iter_mut().for_each(|surface| surface.triangle = NO_PRIMITIVE);
     }
 
     /// Traces up to `N` rays and writes what they hit: ray `i` goes along `direction(i)` and has entry `place(i)` of `out`. Returns the
@@ -50,7 +61,7 @@ impl<'a, const N: usize> Rays<'a, N> {
             self.packet.push(direction(ray));
         }
         self.packet.finish::<S>();
-        self.bvh.closest_hit::<S, N>(&self.packet, &mut self.stack, &mut self.hits);
+        self.bvh.closest_hit_within::<S, N>(&self.packet, self.limit, &mut self.stack, &mut self.hits);
         self.bvh.closer_masked_hit::<S, N>(&self.packet, self.mesh, &mut self.stack, &mut self.hits);
         let mut triangles = 0;
         for ray in 0..count {

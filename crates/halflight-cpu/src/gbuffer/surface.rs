@@ -197,6 +197,14 @@ fn geometric_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     (b - a).as_dvec3().cross((c - a).as_dvec3()).normalize_or_zero().as_vec3()
 }
 
+/// Albedo of diffuse reflection at a place on a triangle, by the weights of its second and third corner.
+pub(crate) fn diffuse_albedo(mesh: &Mesh, triangle: u32, second: f32, third: f32) -> Vec3 {
+    let material = &mesh.materials[mesh.material_ids[triangle as usize] as usize];
+    let texture = material.texture.map_or(Vec3::ONE, |texture| texel(mesh, texture, triangle, second, third));
+    let base = material.albedo * texture;
+    material.specular.map_or(base, |specular| specular.diffuse(base))
+}
+
 fn texel(mesh: &Mesh, texture: u32, triangle: u32, second: f32, third: f32) -> Vec3 {
     let [a, b, c] = mesh.triangles[triangle as usize].map(|vertex| mesh.uvs[vertex as usize]);
     bilinear(&mesh.textures[texture as usize], a + ((b - a) * second + (c - a) * third))

@@ -13,6 +13,7 @@ use super::{
 };
 use crate::bvh::Bvh;
 use crate::flush;
+use crate::indirect::Indirect;
 use crate::irradiance::Shading;
 
 /// Chooses stages and settings; every one has a default.
@@ -23,6 +24,7 @@ pub struct PipelineBuilder {
     pub(super) refiner: Box<dyn Refiner>,
     pub(super) visibility: Box<dyn Visibility>,
     pub(super) upsampler: Box<dyn Upsampler>,
+    pub(super) indirect: Option<Box<dyn Indirect>>,
     pub(super) shading: Shading,
     pub(super) sampling: LightSampling,
     pub(super) seed: u32,
@@ -78,6 +80,17 @@ impl PipelineBuilder {
     /// The upsampler, already boxed.
     pub fn boxed_upsampler(mut self, upsampler: Box<dyn Upsampler>) -> Self {
         self.upsampler = upsampler;
+        self
+    }
+
+    /// Indirect light; none by default.
+    pub fn indirect(self, indirect: impl Indirect + 'static) -> Self {
+        self.boxed_indirect(Some(Box::new(indirect)))
+    }
+
+    /// Indirect light, already boxed, or none.
+    pub fn boxed_indirect(mut self, indirect: Option<Box<dyn Indirect>>) -> Self {
+        self.indirect = indirect;
         self
     }
 

@@ -23,7 +23,7 @@ struct Level {
 
 /// Discontinuities of all pixels and cells, for one light.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Discontinuities {
+pub(crate) struct Discontinuities {
     width: u32,
     height: u32,
     levels: Vec<Level>,
@@ -32,7 +32,7 @@ pub(super) struct Discontinuities {
 impl Discontinuities {
     /// Finds discontinuities between all neighbouring pixels, and gathers them up to level `coarsest`. Convex
     /// edges count as discontinuities if the cosine between the normals of both sides is below `edge`.
-    pub(super) fn find(
+    pub(crate) fn find(
         &mut self,
         frame: &Frame,
         light: u32,
@@ -83,7 +83,7 @@ impl Discontinuities {
 
     /// Strongest discontinuity among the pixels of cell (x, y) and those of its corners that belong to the
     /// cells right of and below it; nothing inside a pixel.
-    pub(super) fn inside(&self, level: u8, x: u32, y: u32) -> Between {
+    pub(crate) fn inside(&self, level: u8, x: u32, y: u32) -> Between {
         if level == 0 {
             return Between::Nothing;
         }
@@ -104,7 +104,7 @@ impl Discontinuities {
     }
 
     /// Memory held, bytes.
-    pub(super) fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         self.levels.iter().map(|level| level.flags.capacity()).sum()
     }
 }

@@ -1,10 +1,10 @@
 //! Refiners: they choose the fragments of an image.
 
-mod discontinuities;
+pub(crate) mod discontinuities;
 mod lattice;
 mod nichols;
 mod per_pixel;
-mod pixel_set;
+pub(crate) mod pixel_set;
 mod quality;
 mod representative;
 mod sfvt_gass;

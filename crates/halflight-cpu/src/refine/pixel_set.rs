@@ -7,7 +7,7 @@ use rayon::prelude::*;
 /// Pixels of an image, one bit each, one word per 8 × 8 pixels. Iteration therefore follows the image in
 /// tiles, whose pixels see almost the same geometry.
 #[derive(Debug, Default)]
-pub(super) struct PixelSet {
+pub(crate) struct PixelSet {
     width: u32,
     height: u32,
     columns: usize,
@@ -16,7 +16,7 @@ pub(super) struct PixelSet {
 
 impl PixelSet {
     /// Empties the set and sets the size of the image.
-    pub(super) fn reset(&mut self, width: u32, height: u32) {
+    pub(crate) fn reset(&mut self, width: u32, height: u32) {
         (self.width, self.height) = (width, height);
         self.columns = width.div_ceil(8) as usize;
         let words = self.columns * height.div_ceil(8) as usize;
@@ -26,7 +26,7 @@ impl PixelSet {
 
     /// Adds a pixel.
     #[inline]
-    pub(super) fn insert(&self, x: u32, y: u32) {
+    pub(crate) fn insert(&self, x: u32, y: u32) {
         let word = &self.words[(y / 8) as usize * self.columns + (x / 8) as usize];
         let bit = 1 << ((y % 8) * 8 + x % 8);
         // Only the set itself is shared, and it is read after the threads have joined.
@@ -36,7 +36,7 @@ impl PixelSet {
     }
 
     /// Adds all pixels that satisfy a predicate.
-    pub(super) fn insert_where(&mut self, holds: impl Fn(usize) -> bool + Sync) {
+    pub(crate) fn insert_where(&mut self, holds: impl Fn(usize) -> bool + Sync) {
         let (width, height, columns) = (self.width as usize, self.height as usize, self.columns);
         self.words.par_iter_mut().enumerate().with_min_len(64).for_each(|(tile, word)| {
             let (left, top) = (tile % columns * 8, tile / columns * 8);
@@ -53,7 +53,7 @@ impl PixelSet {
     }
 
     /// Moves all pixels out as indices into the image, tile by tile and row by row in each.
-    pub(super) fn drain(&mut self, pixels: &mut Vec<u32>) {
+    pub(crate) fn drain(&mut self, pixels: &mut Vec<u32>) {
         pixels.clear();
         for (tile, word) in self.words.iter_mut().enumerate() {
             let mut bits = std::mem::take(word.get_mut());
@@ -70,7 +70,7 @@ impl PixelSet {
     }
 
     /// Memory held, bytes.
-    pub(super) fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         self.words.capacity() * 8
     }
 }

@@ -31,7 +31,7 @@ const fn where_given(
 }
 
 /// All columns. The paper's errors are against its own kind of reference.
-const COLUMNS: [Column; 17] = [
+const COLUMNS: [Column; 18] = [
     always("row", |paper, row| format!("{}: {}", paper.source, row.label), |row, _| row.label.clone()),
     always("scene", |_, _| String::new(), |row, _| row.record.scene.clone()),
     always("triangles", |_, row| integer(row.triangles), |row, _| integer(Some(row.record.triangles))),
@@ -44,6 +44,11 @@ const COLUMNS: [Column; 17] = [
         |row, _| time(Some(row.record.visibility_ms - row.record.prepare_ms)),
     ),
     always("visibility ms", |_, row| time(row.visibility_ms), |row, _| time(Some(row.record.visibility_ms))),
+    where_given(
+        "irradiance ms",
+        |_, row| time(row.irradiance_ms),
+        |row, _| time(Some(row.record.irradiance_ms)),
+    ),
     always("upsampling ms", |_, row| time(row.upsample_ms), |row, _| time(Some(row.record.upsample_ms))),
     always("total ms", |_, row| time(row.total_ms), |row, _| time(Some(row.record.total_ms))),
     where_given(

@@ -106,6 +106,9 @@ fn ablate(arguments: &Arguments) -> Result<()> {
     if experiment.flicker.is_some() && !matches!(device, Device::Cpu) {
         bail!("flicker is measured on the CPU only: leave out --device");
     }
+    if !experiment.indirect.is_empty() && !matches!(device, Device::Cpu) {
+        bail!("indirect light is computed on the CPU only: leave out --device");
+    }
     let provenance = Provenance::of_this_run(device.name());
     let command = command(arguments, &experiment.name);
     let outcome = run(&experiment, &places, &device, &provenance, |outcome| {
@@ -128,8 +131,21 @@ fn robustness(arguments: &Arguments) -> Result<()> {
         bail!("`robustness` is measured on the CPU only: leave out --device");
     }
     let start = Instant::now();
-    let plan = robustness::Plan::new(arguments.case.as_deref(), arguments.quick)?;
-    let out = folder(arguments, robustness::NAME);
+    let (out, case) = (folder(arguments, robustness::NAME), arguments.case.as_deref());
+    let of_indirect = case.is_some_and(|name| name.starts_with(robustness::indirect::PREFIX));
+    if of_indirect || case.is_none() {
+        let progress = Progress::new(0, 0);
+        let rows = robustness::indirect::run(case, &progress)?;
+        progress.finish();
+        let table = robustness::indirect::table(&rows, &Provenance::of_this_run(Device::Cpu.name()));
+        fs_err::create_dir_all(&out)?;
+        table.write_csv(&out.join("indirect.csv"))?;
+        say(&format!("{} pictures of indirect light: {}", rows.len(), out.join("indirect.csv").display()));
+    }
+    if of_indirect {
+        return Ok(());
+    }
+    let plan = robustness::Plan::new(case, arguments.quick)?;
     let rows = robustness::run(&plan, &out, &Progress::new(plan.pictures(), 0))?;
     robustness::output::write(
         &rows,

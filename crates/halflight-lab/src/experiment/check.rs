@@ -83,6 +83,7 @@ pub(super) fn check(experiment: &Experiment) -> Result<(), String> {
         return Err(format!("equal_time is `{name}`, expected a visibility backend: {known}"));
     }
     plan::specular(experiment)?;
+    plan::indirect(experiment)?;
     let rows = plan::rows(experiment)?;
     let good = RefinerConfig::Lattice(Quality::Good.lattice());
     if experiment.front_page && !rows.iter().any(|row| row.config.refiner == good) {

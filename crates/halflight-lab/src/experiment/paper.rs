@@ -48,6 +48,8 @@ pub struct PaperRow {
     pub rays: Option<u64>,
     /// Time of visibility tests, ms.
     pub visibility_ms: Option<f64>,
+    /// Time of irradiance, ms.
+    pub irradiance_ms: Option<f64>,
     /// Time of upsampling, ms.
     pub upsample_ms: Option<f64>,
     /// Time of the frame, ms.

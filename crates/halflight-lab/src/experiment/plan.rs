@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use halflight_core::frame::LightSampling;
-use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, VisibilityConfig};
+use halflight_cpu::config::{IndirectConfig, Named, PipelineConfig, RefinerConfig, VisibilityConfig};
 use halflight_cpu::irradiance::Shading;
 use halflight_cpu::pipeline::PipelineBuilder;
 use halflight_cpu::prepared::PreparedScene;
@@ -51,8 +51,14 @@ impl Experiment {
     pub fn reference_of(&self, setting: &Setting) -> ReferenceConfig {
         let [width, height] = setting.size;
         let own = self.scenes.get(setting.scene).and_then(|choice| choice.reference_samples);
-        let ReferenceChoice { samples, seed } = self.reference;
+        let ReferenceChoice { samples, seed, .. } = self.reference;
         ReferenceConfig { width, height, samples: own.unwrap_or(samples), seed, antialias: 1 }
+    }
+
+    /// Returns the configuration of a setting's reference of indirect light.
+    pub fn indirect_reference_of(&self, setting: &Setting) -> ReferenceConfig {
+        let config = self.reference_of(setting);
+        ReferenceConfig { samples: self.reference.rays.unwrap_or(config.samples), ..config }
     }
 }
 
@@ -115,6 +121,7 @@ pub fn rows(experiment: &Experiment) -> Result<Vec<Row>, String> {
                 upsampler,
                 shading,
                 sampling,
+                indirect: IndirectConfig::None,
                 seed: experiment.seed,
                 antialias: experiment.antialias,
             };
@@ -172,6 +179,51 @@ pub fn specular(experiment: &Experiment) -> Result<Vec<SpecularChoice>, String> 
         Ok(SpecularChoice { config, label })
     };
     constants::expand_all::<SpecularPass>(&experiment.specular)?.into_iter().map(choice).collect()
+}
+
+/// Method for indirect light of an experiment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IndirectChoice {
+    /// Pipeline that renders it, with direct light by the first row.
+    pub row: Row,
+    /// Name of the method and the constants that the experiment sets.
+    pub label: String,
+}
+
+impl IndirectChoice {
+    /// Returns the name in file names.
+    pub fn slug(&self) -> String {
+        slug(&format!("indirect {}", self.label))
+    }
+}
+
+/// Returns all methods for indirect light of an experiment.
+///
+/// # Errors
+/// A method or constant that is unknown or out of range; a method that occurs twice; no pipeline for direct light.
+pub fn indirect(experiment: &Experiment) -> Result<Vec<IndirectChoice>, String> {
+    if experiment.indirect.is_empty() {
+        return Ok(Vec::new());
+    }
+    let direct = rows(experiment)?.into_iter().find(|row| row.rival.is_none());
+    let Some(direct) = direct else { return Err("indirect: no grid renders direct light".to_string()) };
+    let mut seen = BTreeSet::new();
+    let choice = |choice: constants::Choice<IndirectConfig>| {
+        let name = choice.stage.name();
+        if choice.stage == IndirectConfig::None {
+            return Err(format!(
+                "indirect: {name} is no method, expected one of {}",
+                IndirectConfig::NAMES[1..].join(", ")
+            ));
+        }
+        let label = format!("{name} {}", choice.parameters).trim_end().to_string();
+        if !seen.insert(label.clone()) {
+            return Err(format!("indirect: {label} is there already"));
+        }
+        let config = PipelineConfig { indirect: choice.stage, ..direct.config };
+        Ok(IndirectChoice { row: Row { config, ..direct.clone() }, label })
+    };
+    constants::expand_all::<IndirectConfig>(&experiment.indirect)?.into_iter().map(choice).collect()
 }
 
 /// Returns [`settings`] and [`rows`], with the experiment's name in the error.
@@ -387,6 +439,34 @@ mod tests {
             ("name = 'nichols'\ngrid = [5, 5]", "nichols grid=5 is there already"),
         ] {
             let fault = with(text).unwrap_err();
+            assert!(fault.contains(words), "{fault}");
+        }
+    }
+
+    #[test]
+    fn methods_for_indirect_light_are_swept_beside_the_first_row() {
+        let mut experiment = Experiment::resolve("default").unwrap();
+        assert!(indirect(&experiment).unwrap().is_empty());
+        let mut with = |text: &str| {
+            experiment.indirect = vec![text.parse().unwrap()];
+            (rows(&experiment).unwrap(), indirect(&experiment))
+        };
+        let (rows, found) = with("name = 'gather'\npoints = [500, 1000]");
+        let found = found.unwrap();
+        let labels: Vec<&str> = found.iter().map(|choice| choice.label.as_str()).collect();
+        assert_eq!(labels, ["gather points=500", "gather points=1000"]);
+        assert_eq!(found[0].slug(), "indirect-gather-points-500");
+        assert_eq!(
+            found[0].row.config,
+            PipelineConfig { indirect: found[0].row.config.indirect, ..rows[0].config }
+        );
+        for (text, words) in [
+            ("name = 'radiosity'", "unknown indirect `radiosity`, expected one of none, lpv, gather"),
+            ("name = 'gather'\npoint = 3", "indirect `gather` has no constant `point`"),
+            ("name = 'none'", "none is no method, expected one of lpv, gather"),
+            ("name = 'gather'\npoints = [5, 5]", "gather points=5 is there already"),
+        ] {
+            let fault = with(text).1.unwrap_err();
             assert!(fault.contains(words), "{fault}");
         }
     }

@@ -68,6 +68,10 @@ pub struct Experiment {
     /// glossy surfaces.
     #[serde(default)]
     pub specular: Vec<toml::Table>,
+    /// Methods for indirect light, like refiners: `name` and constants that differ from the default. Each is rendered beside the direct light of the first grid's first pipeline, and
+    /// measured by itself against one diffuse reflection.
+    #[serde(default)]
+    pub indirect: Vec<toml::Table>,
     /// Pipelines, each grid a full cross product of its axes.
     #[serde(rename = "grid")]
     pub grids: Vec<Grid>,
@@ -81,6 +85,8 @@ pub struct Experiment {
 pub struct ReferenceChoice {
     /// Light samples a pixel.
     pub samples: u32,
+    /// Rays over the hemisphere of each pixel in references of indirect light, if not as many as there are samples.
+    pub rays: Option<u32>,
     /// Seed of the light samples; must not be that of the rows.
     pub seed: u32,
 }

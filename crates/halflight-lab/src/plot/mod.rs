@@ -11,6 +11,7 @@ pub mod errors;
 pub mod expected;
 pub mod families;
 pub mod flicker;
+pub mod indirect;
 mod key;
 mod layout;
 mod marks;

@@ -32,6 +32,7 @@ use halflight_image::memory::{self, NotEnough};
 use state::{State, planes};
 use tracer::Tracer;
 
+pub mod bounce;
 mod state;
 mod tracer;
 pub mod unlit;

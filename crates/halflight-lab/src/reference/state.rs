@@ -124,6 +124,10 @@ pub(super) fn key(scene: &Scene, config: &ReferenceConfig) -> u64 {
     for position in &scene.mesh.positions {
         words(&position.to_array().map(f32::to_bits));
     }
+    // Flat meshes have none.
+    for normal in &scene.mesh.normals {
+        words(&normal.to_array().map(f32::to_bits));
+    }
     words(scene.mesh.triangles.as_flattened());
     for triangle in 0..scene.mesh.triangle_count() {
         if let Some(mask) = scene.mesh.alpha_mask(triangle) {

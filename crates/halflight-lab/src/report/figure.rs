@@ -22,6 +22,8 @@ pub(super) enum Place {
     Experiment,
     /// Section of the setting with this slug.
     Setting(String),
+    /// Indirect light of the setting with this slug.
+    Indirect(String),
 }
 
 /// Returns the charts of a place.

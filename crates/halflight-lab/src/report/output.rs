@@ -15,9 +15,9 @@ use crate::plot::errors::{self, Against};
 use crate::plot::path::Quantity;
 use crate::plot::{self, Drawing};
 use crate::results::record::write_csv;
-use crate::results::{Finished, Outcome, specular};
+use crate::results::{Finished, Outcome, indirect, specular};
 
-/// Writes `results.csv`, the tables that the experiment asks for (`paper.csv`, `equal-time.csv`, `summary.csv`, `slopes.csv`, `flicker.csv`, `path.csv`, `specular.csv`), the charts
+/// Writes `results.csv`, the tables that the experiment asks for (`paper.csv`, `equal-time.csv`, `summary.csv`, `slopes.csv`, `flicker.csv`, `path.csv`, `specular.csv`, `indirect.csv`), the charts
 /// and `report.html`, which names the `command` that made it.
 ///
 /// # Errors
@@ -49,6 +49,9 @@ pub fn write(experiment: &Experiment, outcome: &Outcome, out: &Path, command: &s
     if !outcome.specular.is_empty() {
         specular::table(&outcome.specular).write_csv(&out.join("specular.csv"))?;
     }
+    if !outcome.indirect.is_empty() {
+        indirect::table(&outcome.indirect).write_csv(&out.join("indirect.csv"))?;
+    }
     let figures = charts(experiment, outcome, out)?;
     let html = report(experiment, outcome, &figures, command)?;
     write_file(&out.join("report.html"), html.as_bytes())?;
@@ -73,6 +76,15 @@ fn charts(experiment: &Experiment, outcome: &Outcome, out: &Path) -> Result<Vec<
         charts.draw("expected".to_string(), &chart, Place::Experiment)?;
     }
     for (setting, short) in outcome.settings.iter().zip(outcome.names()) {
+        let title = format!("{}: indirect light", sized(&setting.label, experiment));
+        let reflected = outcome.indirect.iter().filter(|row| row.setting == setting.slug);
+        if let Some(chart) = plot::indirect::chart(title, &reflected.collect::<Vec<_>>()) {
+            charts.draw(
+                format!("{}-indirect", setting.slug),
+                &chart,
+                Place::Indirect(setting.slug.clone()),
+            )?;
+        }
         let rows = outcome.rows_of(setting);
         if rows.is_empty() {
             continue;

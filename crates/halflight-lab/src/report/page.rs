@@ -48,6 +48,7 @@ pub(super) fn report(
             @let rows = outcome.rows_of(setting);
             @if !rows.is_empty() { (section(experiment, setting, &rows, figures)) }
             (specular(outcome, setting))
+            (indirect(outcome, setting, figures))
         }
         script { (PreEscaped(format!("\nconst SETTINGS = {data};\n{SCRIPT}"))) }
     };
@@ -93,6 +94,12 @@ fn tables(experiment: &Experiment, outcome: &Outcome) -> Markup {
         let lines = results::specular::table(&outcome.specular);
         found.push(("Specular passes", words.to_string(), lines, "specular.csv"));
     }
+    if !outcome.indirect.is_empty() {
+        let words = "Indirect light by itself, against one diffuse reflection: the relative error is the root of NMSE₂ of the luminance less the reference's noise, the bias \
+                     the ratio of the means less 1; leaks are pixels of more than 5 % of the mean where the reference has less than 1 %. Points are placed once.";
+        let lines = results::indirect::table(&outcome.indirect);
+        found.push(("Indirect light", words.to_string(), lines, "indirect.csv"));
+    }
     html! {
         @for (title, words, lines, file) in &found {
             h2 { (title) }
@@ -117,6 +124,27 @@ fn specular(outcome: &Outcome, setting: &Setting) -> Markup {
                 figure { img src={ (folder) "/specular-reference.png" } alt="converged" loading="lazy"; figcaption { "converged" } }
                 @for row in rows {
                     @for (file, words) in row.pictures().iter().zip(["", ": fragments"]) {
+                        figure { img src={ (folder) "/" (file) } alt=(row.label) loading="lazy"; figcaption { (row.label) (words) } }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Returns chart and pictures of a setting's indirect light, each picture with the map of its error.
+fn indirect(outcome: &Outcome, setting: &Setting, figures: &[Figure]) -> Markup {
+    let rows: Vec<_> = outcome.indirect.iter().filter(|row| row.setting == setting.slug).collect();
+    let folder = format!("pictures/{}", setting.slug);
+    html! {
+        @if !rows.is_empty() {
+            h2 { (setting.label) ": indirect light" }
+            (charts(figures, &Place::Indirect(setting.slug.clone())))
+            p { "One diffuse reflection, then the methods: indirect irradiance, brighter than it is, its error, and the image with direct light." }
+            div.charts {
+                figure { img src={ (folder) "/indirect-reference.png" } alt="reference" loading="lazy"; figcaption { "reference" } }
+                @for row in rows {
+                    @for (file, words) in row.pictures().iter().zip(["", ": error", ": with direct light"]) {
                         figure { img src={ (folder) "/" (file) } alt=(row.label) loading="lazy"; figcaption { (row.label) (words) } }
                     }
                 }
@@ -201,6 +229,7 @@ mod tests {
                 finished("sfvt-gass", "rbf-fixed", 20.0, 2e-4),
             ],
             specular: Vec::new(),
+            indirect: Vec::new(),
             provenance: Provenance {
                 commit: "abc1234-dirty".to_string(),
                 machine: "a processor, 2 cores, linux".to_string(),

@@ -2,6 +2,7 @@
 
 use itertools::Itertools as _;
 
+use super::indirect::IndirectRow;
 use super::provenance::Provenance;
 use super::record::Finished;
 use super::specular::SpecularRow;
@@ -16,6 +17,8 @@ pub struct Outcome {
     pub rows: Vec<Finished>,
     /// Rows of specular passes, known when all others are.
     pub specular: Vec<SpecularRow>,
+    /// Rows of indirect light, known when all others are.
+    pub indirect: Vec<IndirectRow>,
     /// Program and machine that made all rows.
     pub provenance: Provenance,
 }
@@ -43,8 +46,8 @@ mod tests {
     fn names_are_short_where_that_is_clear() {
         let names = |experiment: &str| {
             let settings = plan::settings(&Experiment::resolve(experiment).unwrap());
-            let (rows, specular, provenance) = (Vec::new(), Vec::new(), Provenance::default());
-            let outcome = Outcome { settings, rows, specular, provenance };
+            let (rows, specular, indirect) = (Vec::new(), Vec::new(), Vec::new());
+            let outcome = Outcome { settings, rows, specular, indirect, provenance: Provenance::default() };
             outcome.names().into_iter().map(str::to_string).collect_vec()
         };
         assert_eq!(names("default"), ["atrium", "nave", "hairball"]);

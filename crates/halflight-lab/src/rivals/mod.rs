@@ -14,7 +14,9 @@ use halflight_core::light::AreaLight;
 use halflight_core::stages::UnsupportedLight;
 use std::ops::RangeInclusive;
 
-use halflight_cpu::config::{Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig};
+use halflight_cpu::config::{
+    IndirectConfig, Named, PipelineConfig, RefinerConfig, UpsamplerConfig, VisibilityConfig,
+};
 use halflight_cpu::irradiance::Shading;
 use halflight_cpu::pipeline::PipelineBuilder;
 use halflight_cpu::prepared::PreparedScene;
@@ -163,6 +165,7 @@ impl Rival {
             upsampler: UpsamplerConfig::Bilinear(BilinearConfig::default()),
             shading,
             sampling: LightSampling { count, sharing, ..LightSampling::default() },
+            indirect: IndirectConfig::None,
             antialias: 1,
             seed,
         }

@@ -4,15 +4,64 @@ use std::path::Path;
 
 use anyhow::{Context as _, Result, bail};
 use glam::Vec3;
+use halflight_cpu::pipeline;
+use halflight_cpu::prepared::PreparedScene;
 use halflight_metrics::{Image, flicker, nmse2};
 
 use super::loaded::Loaded;
 use super::progress::Progress;
 use super::truth::check_light;
+use crate::experiment::Experiment;
 use crate::experiment::plan::{Row, Setting};
-use crate::experiment::{AnimationFrames, Experiment};
-use crate::reference::{ReferenceConfig, receivers, reference, seen};
+use crate::reference::bounce::one_bounce;
+use crate::reference::{ReferenceConfig, ReferenceError, receivers, reference, seen};
 use crate::results::FrameError;
+
+/// Light whose flicker is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Light {
+    /// Irradiance of the lights.
+    Direct,
+    /// Irradiance of one diffuse reflection.
+    Indirect,
+}
+
+/// Reference of a frame, and the mean flicker that its noise makes.
+struct Truth {
+    irradiance: Vec<Vec3>,
+    noise: f64,
+}
+
+impl Light {
+    fn config(self, experiment: &Experiment, setting: &Setting) -> ReferenceConfig {
+        match self {
+            Self::Direct => experiment.reference_of(setting),
+            Self::Indirect => experiment.indirect_reference_of(setting),
+        }
+    }
+
+    fn truth(
+        self,
+        scene: &PreparedScene,
+        config: &ReferenceConfig,
+        references: &Path,
+        said: &mut dyn FnMut(u32, u32),
+    ) -> Result<Truth, ReferenceError> {
+        match self {
+            Self::Direct => reference(scene, config, Some(references), said)
+                .map(|found| Truth { irradiance: found.irradiance, noise: found.noise_flicker }),
+            Self::Indirect => one_bounce(scene, config, Some(references), said)
+                .map(|found| Truth { irradiance: found.irradiance, noise: found.noise_flicker }),
+        }
+    }
+
+    fn of(self, image: &pipeline::Image) -> &[Vec3] {
+        match self {
+            Self::Direct => &image.irradiance,
+            Self::Indirect => &image.indirect,
+        }
+    }
+}
 
 /// Images of the frame before.
 struct Before {
@@ -22,24 +71,25 @@ struct Before {
     images: Vec<Vec<Vec3>>,
 }
 
-/// Renders rows along the animation of their scene and returns the errors of each frame of each row. A row builds
-/// everything anew in each frame and has the same light samples in all of them.
+/// Renders rows along the animation of their scene and returns the errors of each frame of each row; none where the experiment does not ask for
+/// flicker. A row builds everything anew in each frame and has the same light samples in all of them.
 pub(super) fn measure(
+    light: Light,
     experiment: &Experiment,
-    choice: &AnimationFrames,
     references: &Path,
     setting: &Setting,
     loaded: &Loaded,
     rows: &[&Row],
     progress: &Progress,
 ) -> Result<Vec<Vec<FrameError>>> {
+    let mut frames: Vec<Vec<FrameError>> = vec![Vec::new(); rows.len()];
+    let Some(choice) = &experiment.flicker else { return Ok(frames) };
     let Some(animation) = &loaded.animation else {
         let (name, scene) = (&experiment.name, &loaded.name);
         bail!("{name}: [flicker] needs a scene that moves, and {scene} has no [animation]");
     };
     let still = loaded.lit(setting.light_scale)?;
-    let config = experiment.reference_of(setting);
-    let mut frames: Vec<Vec<FrameError>> = vec![Vec::new(); rows.len()];
+    let config = light.config(experiment, setting);
     let mut before: Option<Before> = None;
     for number in 0..choice.frames {
         let time_s = f64::from(number) * choice.step;
@@ -52,7 +102,7 @@ pub(super) fn measure(
                 setting.label
             ));
         };
-        let truth = reference(&scene, &config, Some(references), &mut said)?;
+        let truth = light.truth(&scene, &config, references, &mut said)?;
         let seen = seen(&scene, [config.width, config.height]);
         check_light(&format!("{}, frame {number}", setting.label), scene.scene(), &seen, &truth.irradiance)?;
         let receivers = receivers(&seen);
@@ -60,7 +110,7 @@ pub(super) fn measure(
         for (index, row) in rows.iter().enumerate() {
             progress.now(format!("{}: frame {number} of {of}, {}", setting.label, row.label()));
             let mut pipeline = row.builder(&scene).build().with_context(|| row.named())?;
-            let image = pipeline.render().with_context(|| row.named())?.irradiance.clone();
+            let image = light.of(pipeline.render().with_context(|| row.named())?).to_vec();
             let now = [view(&config, &image, &receivers)?, view(&config, &truth.irradiance, &receivers)?];
             let flicker = match &before {
                 Some(old) => {
@@ -71,7 +121,7 @@ pub(super) fn measure(
                 None => None,
             };
             let nmse2 = nmse2(now[0], now[1]).with_context(|| row.named())?;
-            frames[index].push(FrameError { time_s, nmse2, flicker, noise: truth.noise_flicker });
+            frames[index].push(FrameError { time_s, nmse2, flicker, noise: truth.noise });
             images.push(image);
         }
         before = Some(Before { reference: truth.irradiance, receivers, images });
@@ -116,8 +166,7 @@ mod tests {
         let rows: Vec<&Row> = rows.iter().collect();
         let progress = Progress::hidden();
         let loaded = Loaded::new(&experiment.scenes[0], &progress).unwrap();
-        let choice = experiment.flicker.unwrap();
-        measure(&experiment, &choice, folder.path(), &settings[0], &loaded, &rows, &progress)
+        measure(Light::Direct, &experiment, folder.path(), &settings[0], &loaded, &rows, &progress)
     }
 
     #[test]

@@ -4,6 +4,7 @@
 mod bench;
 mod device;
 mod flicker;
+mod indirect;
 mod loaded;
 mod measured;
 mod path;

@@ -12,7 +12,7 @@ use super::loaded::Loaded;
 use super::progress::Progress;
 use super::state::{Header, State};
 use super::truth::Truth;
-use super::{flicker, path, specular};
+use super::{flicker, indirect, path, specular};
 use crate::experiment::Experiment;
 use crate::experiment::plan::{self, Row, Setting};
 use crate::results::{Along, Outcome, Provenance, pictures};
@@ -84,12 +84,9 @@ pub fn run(
         let [width, height] = setting.size;
         let picture = truth.picture(&truth.reference.irradiance);
         write_png(&folder.join("reference.png"), width, height, &picture)?;
-        let frames = match &experiment.flicker {
-            Some(choice) => {
-                flicker::measure(experiment, choice, &places.references, setting, &scene, &left, &progress)?
-            }
-            None => vec![Vec::new(); left.len()],
-        };
+        let light = flicker::Light::Direct;
+        let frames =
+            flicker::measure(light, experiment, &places.references, setting, &scene, &left, &progress)?;
         let work = match &experiment.path {
             Some(choice) => path::measure(experiment, choice, setting, &scene, &left, &progress)?,
             None => vec![Vec::new(); left.len()],
@@ -116,8 +113,19 @@ pub fn run(
             )?);
         }
     }
+    let mut reflected = Vec::new();
+    if !experiment.indirect.is_empty() {
+        for setting in &settings {
+            let scene = Loaded::new(&experiment.scenes[setting.scene], &progress)?;
+            let Places { out, references } = places;
+            let rows =
+                indirect::measure(experiment, out, references, setting, &scene, provenance, &progress)?;
+            reflected.extend(rows);
+        }
+    }
     progress.finish();
-    let outcome = Outcome { specular: passes, ..outcome(&settings, &rows, &state, provenance) };
+    let outcome =
+        Outcome { specular: passes, indirect: reflected, ..outcome(&settings, &rows, &state, provenance) };
     each(&outcome)?;
     Ok(outcome)
 }
@@ -137,6 +145,7 @@ fn outcome(settings: &[Setting], rows: &[Row], state: &State, provenance: &Prove
         settings: settings.to_vec(),
         rows: finished.collect(),
         specular: Vec::new(),
+        indirect: Vec::new(),
         provenance: provenance.clone(),
     }
 }
