@@ -124,7 +124,7 @@ fn a_texture_that_comes_later_is_reflected() {
 #[test]
 fn wrong_shaders_of_screens_are_noticed() {
     let Some(bench) = Bench::open() else { return };
-    let config = per_pixel(96, 72, Shading::Ratio);
+    let config = per_pixel(64, 48, Shading::Ratio);
     let mut twins = Twins::of(&bench, toys_and_screen(), &config, true);
     for [module, right, wrong] in [
         ["textured/lobe_light", "select(uv, uv.yx, frame.texture_size.z == 1u)", "uv.yx"],
@@ -229,7 +229,7 @@ fn matte_scenes_have_no_specular_light() {
 #[test]
 fn wrong_shaders_are_noticed() {
     let Some(bench) = Bench::open() else { return };
-    let config = per_pixel(96, 72, Shading::Ratio);
+    let config = per_pixel(64, 48, Shading::Ratio);
     let mut twins = Twins::of(&bench, toys(lights()[3].1.clone()), &config, true);
     for [module, right, wrong] in [
         ["specular/lobe", "let fourth = (left * left) * (left * left);", "let fourth = left * left;"],
