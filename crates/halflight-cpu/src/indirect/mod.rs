@@ -63,7 +63,7 @@ pub struct GatherConfig {
     pub points: u32,
     /// Light samples of each point and light, 1 … 4096: 16.
     pub light_samples: u32,
-    /// Standard deviation of the light at a receiver, as a part of it, that rays come down to: 0.05.
+    /// Standard deviation of the light at a receiver, as a part of it, that rays come down to: 0.2. The first 64 rays mostly do.
     pub error: f32,
     /// Most shadow rays of a receiver: 512; the first 64 tell how many it takes.
     pub most_rays: u32,
@@ -82,7 +82,7 @@ impl Default for GatherConfig {
         Self {
             points: 16_384,
             light_samples: 16,
-            error: 0.05,
+            error: 0.2,
             most_rays: 512,
             near_rays: 32,
             coarsest_level: 4,
