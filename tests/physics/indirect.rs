@@ -143,3 +143,43 @@ fn direct_light_does_not_know_of_indirect_light() {
         assert_eq!(single.radiance, with.radiance);
     }
 }
+
+#[test]
+fn the_brightness_of_a_volume_does_not_depend_on_its_grid() {
+    let (stage, _) = wall();
+    let mean = |indirect: IndirectConfig| {
+        let (image, floor) = render(&stage, &config(indirect));
+        // A metre before the wall and beyond: nearer, the wall is not a cell away.
+        let far = || floor.iter().filter(|(place, _)| place.z > 1.0);
+        far().map(|&(_, pixel)| image.indirect[pixel].x).sum::<f32>() / far().count() as f32
+    };
+    // Light spreads as in a fog: it needs four times as many steps for twice as many cells.
+    let lpv = |cells: u32, steps: u32| LpvConfig { cells, steps, blocking: false, ..LpvConfig::default() };
+    let [coarse, fine] = [lpv(8, 16), lpv(16, 64)].map(|lpv| mean(IndirectConfig::Lpv(lpv)));
+    assert!((fine / coarse - 1.0).abs() < 0.1, "{coarse} {fine}");
+    // Then it is about as bright as it should be.
+    let right = mean(IndirectConfig::Gather(GatherConfig::default()));
+    assert!((fine / right - 1.0).abs() < 0.2, "{fine} {right}");
+}
+
+#[test]
+fn antialiased_radiance_has_indirect_light_in_it() {
+    let stage = Stage::bundled("contact").unwrap();
+    let indirect = IndirectConfig::Gather(GatherConfig::default());
+    let config = PipelineConfig { antialias: 8, ..config(indirect) };
+    let mut pipeline = config.builder(&stage.prepared).build().unwrap();
+    let image = pipeline.render().unwrap().clone();
+    let albedo = &pipeline.gbuffer().albedo;
+    let of_centre = |pixel: usize| {
+        albedo[pixel] * (image.irradiance[pixel] + image.indirect[pixel]) * std::f32::consts::FRAC_1_PI
+    };
+    let whole = (0..albedo.len()).filter(|&pixel| image.radiance[pixel].abs_diff_eq(of_centre(pixel), 1e-5));
+    let whole = whole.count();
+    assert!(whole > albedo.len() / 2 && whole < albedo.len(), "{whole} of {}", albedo.len());
+    // Mixed pixels lie between what is around them: none lacks the indirect light.
+    let dark = PipelineConfig { indirect: IndirectConfig::None, ..config };
+    let dark = dark.builder(&stage.prepared).build().unwrap().render().unwrap().clone();
+    let brighter = (0..albedo.len()).filter(|&pixel| image.radiance[pixel].x > dark.radiance[pixel].x);
+    let lit = (0..albedo.len()).filter(|&pixel| image.indirect[pixel].x > 1e-4 && albedo[pixel].x > 0.0);
+    assert!(brighter.count() >= lit.count());
+}
