@@ -10,7 +10,7 @@ use clap::builder::PossibleValuesParser;
 use halflight_lab::experiment::Experiment;
 use halflight_lab::experiment::bundled::EXPERIMENTS;
 use halflight_lab::program::{self, Allocator, message, say};
-use halflight_lab::results::Provenance;
+use halflight_lab::results::{Provenance, Table};
 use halflight_lab::run::{Device, Places, Progress, run};
 use halflight_lab::{furnished, report, robustness};
 
@@ -132,27 +132,33 @@ fn robustness(arguments: &Arguments) -> Result<()> {
     }
     let start = Instant::now();
     let (out, case) = (folder(arguments, robustness::NAME), arguments.case.as_deref());
-    let of_indirect = case.is_some_and(|name| name.starts_with(robustness::indirect::PREFIX));
+    let begins = |prefix: &str| case.is_some_and(|name| name.starts_with(prefix));
+    let (of_indirect, of_gloss) = (begins(robustness::indirect::PREFIX), begins(robustness::glossy::PREFIX));
+    let provenance = Provenance::of_this_run(Device::Cpu.name());
+    fs_err::create_dir_all(&out)?;
+    let written = |table: Table, name: &str, kind: &str| -> Result<()> {
+        table.write_csv(&out.join(name))?;
+        say(&format!("{} pictures of {kind}: {}", table.lines.len(), out.join(name).display()));
+        Ok(())
+    };
     if of_indirect || case.is_none() {
         let progress = Progress::new(0, 0);
         let rows = robustness::indirect::run(case, &progress)?;
         progress.finish();
-        let table = robustness::indirect::table(&rows, &Provenance::of_this_run(Device::Cpu.name()));
-        fs_err::create_dir_all(&out)?;
-        table.write_csv(&out.join("indirect.csv"))?;
-        say(&format!("{} pictures of indirect light: {}", rows.len(), out.join("indirect.csv").display()));
+        written(robustness::indirect::table(&rows, &provenance), "indirect.csv", "indirect light")?;
     }
-    if of_indirect {
+    if of_gloss || case.is_none() {
+        let progress = Progress::new(0, 0);
+        let rows = robustness::glossy::run(case, &progress)?;
+        progress.finish();
+        written(robustness::glossy::table(&rows, &provenance), "glossy.csv", "glossy surfaces")?;
+    }
+    if of_indirect || of_gloss {
         return Ok(());
     }
     let plan = robustness::Plan::new(case, arguments.quick)?;
     let rows = robustness::run(&plan, &out, &Progress::new(plan.pictures(), 0))?;
-    robustness::output::write(
-        &rows,
-        &out,
-        &Provenance::of_this_run(Device::Cpu.name()),
-        &command(arguments, robustness::NAME),
-    )?;
+    robustness::output::write(&rows, &out, &provenance, &command(arguments, robustness::NAME))?;
     say(&format!(
         "{} pictures in {:.0} s: {}",
         plan.pictures(),

@@ -6,6 +6,7 @@
 //! looked for that passes with the fewest stages switched.
 
 pub mod cases;
+pub mod glossy;
 pub mod indirect;
 pub mod judge;
 mod measure;
