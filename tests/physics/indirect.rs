@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use halflight::config::{IndirectConfig, PipelineConfig, RefinerConfig};
+use halflight::config::{IndirectConfig, PipelineConfig, RefinerConfig, VisibilityConfig};
 use halflight::glam::{Vec2, Vec3};
 use halflight::indirect::{GatherConfig, LpvConfig};
 use halflight::light::AreaLight;
 use halflight::pipeline::Image;
 use halflight::scene::{Camera, Material, Mesh, Scene};
 use halflight::unshadowed::unshadowed;
+use halflight::voxel::VoxelConfig;
 use halflight_tests::Stage;
 
 /// Rectangles by a corner, two edges and an albedo.
@@ -182,4 +183,35 @@ fn antialiased_radiance_has_indirect_light_in_it() {
     let brighter = (0..albedo.len()).filter(|&pixel| image.radiance[pixel].x > dark.radiance[pixel].x);
     let lit = (0..albedo.len()).filter(|&pixel| image.indirect[pixel].x > 1e-4 && albedo[pixel].x > 0.0);
     assert!(brighter.count() >= lit.count());
+}
+
+#[test]
+fn an_approximate_backend_is_refused() {
+    let stage = Stage::bundled("contact").unwrap();
+    let voxels = VisibilityConfig::Voxel(VoxelConfig::default());
+    let config =
+        PipelineConfig { visibility: voxels, ..config(IndirectConfig::Gather(GatherConfig::default())) };
+    let Err(fault) = config.builder(&stage.prepared).build() else { panic!("voxels were taken") };
+    assert!(fault.to_string().contains("choose bvh, beam, auto or raster4d"), "{fault}");
+}
+
+#[test]
+fn frames_do_not_depend_on_those_before() {
+    let (stage, _) = wall();
+    let moved = |shift: f32| {
+        let mut scene = stage.prepared.scene().clone();
+        Arc::make_mut(&mut scene.mesh).positions[2].y += shift;
+        stage.prepared.moved(scene).unwrap()
+    };
+    let config = config(IndirectConfig::Gather(GatherConfig { points: 1024, ..GatherConfig::default() }));
+    let mut pipeline = config.builder(&stage.prepared).build().unwrap();
+    for shift in [0.0, 0.5, -0.3] {
+        let scene = moved(shift);
+        pipeline.set_scene(&scene, config.visibility.stage(scene.bvh()).unwrap()).unwrap();
+        pipeline.set_frame_index(0);
+        let after = pipeline.render().unwrap().indirect.clone();
+        let alone = config.builder(&scene).build().unwrap().render().unwrap().indirect.clone();
+        assert!(after == alone, "{shift}");
+        assert!(shift == 0.0 || pipeline.image().stats.indirect.points > 100);
+    }
 }

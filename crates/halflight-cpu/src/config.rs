@@ -338,8 +338,8 @@ impl PipelineConfig {
     /// | `lattice` with `certify` | 170 | 103 to 157 | 8 |
     /// | others | 130 | 83 to 128 | 8 |
     ///
-    /// Antialiasing adds 20, and 18 for each sub-sample: a quarter of the pixels at edges, as in furnished rooms. Indirect light adds 64 a pixel, 2,000 a
-    /// point and 400 a cell of its grid.
+    /// Antialiasing adds 20, and 18 for each sub-sample: a quarter of the pixels at edges, as in furnished rooms. Indirect light adds 64 a pixel, 1,500 and a light sample's
+    /// share of masks a point, and 400 a cell of its grid.
     pub fn bytes_needed(&self) -> u64 {
         let words = u64::from(self.sampling.count.clamp(1, 4096)).div_ceil(64);
         let bytes = match self.refiner {
@@ -348,12 +348,16 @@ impl PipelineConfig {
             _ => 130 + 8 * (words - 1),
         };
         let antialias = if self.antialias > 1 { 20 + 18 * u64::from(self.antialias.min(16)) } else { 0 };
+        let of_points = |points: u32, samples: u32| {
+            let words = u64::from(samples.clamp(1, 4096)).div_ceil(64);
+            (1500 + 32 * words) * u64::from(points.min(MOST_POINTS))
+        };
         let (indirect, fixed) = match self.indirect {
             IndirectConfig::None => (0, 0),
-            IndirectConfig::Gather(config) => (64, 2000 * u64::from(config.points.min(MOST_POINTS))),
+            IndirectConfig::Gather(config) => (64, of_points(config.points, config.light_samples)),
             IndirectConfig::Lpv(config) => {
                 let cells = u64::from(config.cells.clamp(4, 128)) + 8;
-                (64, 2000 * u64::from(config.points.min(MOST_POINTS)) + 400 * cells.pow(3))
+                (64, of_points(config.points, config.light_samples) + 400 * cells.pow(3))
             }
         };
         let pixels = u64::from(self.width).saturating_mul(u64::from(self.height));
@@ -362,7 +366,11 @@ impl PipelineConfig {
 
     /// A builder with these choices made; threads, layers and stages of one's own can still be set.
     pub fn builder(&self, scene: &PreparedScene) -> PipelineBuilder {
-        let visibility = self.visibility.stage(scene.bvh());
+        let visibility = if self.indirect != IndirectConfig::None && !self.visibility.is_exact() {
+            Err(PipelineError::InexactIndirect(self.visibility.name()))
+        } else {
+            self.visibility.stage(scene.bvh())
+        };
         let builder = Pipeline::builder(scene)
             .size(self.width, self.height)
             .boxed_refiner(self.refiner.stage())

@@ -141,6 +141,7 @@ impl Pipeline {
             scene: scene.scene().clone(),
             visibility: Box::new(Beam::or_rays(Arc::clone(scene.bvh()))),
             bvh: Arc::clone(scene.bvh()),
+            rest: Arc::clone(scene.rest()),
             size: (640, 480),
             refiner: Box::new(Lattice::new(Quality::default().lattice())),
             upsampler: Box::new(upsample::Lattice::default()),
@@ -209,6 +210,7 @@ impl Pipeline {
         builder.scene = scene.scene().clone();
         (builder.scene.lights, *flush) = flush::separate_lights(scene.scene(), Some(scene.bvh()));
         (builder.bvh, builder.visibility) = (Arc::clone(scene.bvh()), visibility);
+        builder.rest = Arc::clone(scene.rest());
         Ok(())
     }
 
@@ -284,7 +286,7 @@ impl State {
     /// A frame, stage by stage.
     fn render(&mut self, given: Option<&GBuffer>) -> Result<(), PipelineError> {
         let Self { builder, pattern, index, buffers, image, .. } = self;
-        let PipelineBuilder { scene, bvh, refiner, visibility, upsampler, indirect, .. } = builder;
+        let PipelineBuilder { scene, bvh, refiner, visibility, upsampler, indirect, rest, .. } = builder;
         let mut antialias = (builder.antialias > 1).then_some(&mut buffers.antialias);
         let (width, height) = builder.size;
         let pixels = width as usize * height as usize;
@@ -420,14 +422,15 @@ impl State {
             clock = Instant::now();
             image.indirect.resize(pixels, Vec3::ZERO);
             let mut requests = Requests::new(visibility.as_mut(), bvh);
-            let mut surroundings = Surroundings { frame: &frame, bvh, requests: &mut requests };
+            let mut surroundings = Surroundings { frame: &frame, bvh, rest, requests: &mut requests };
             stats.indirect = stage.light(&mut surroundings, &mut image.indirect);
+            stats.rays.skipped += requests.rays.skipped;
             if let Some(refusal) = requests.refusal {
                 return Err(refusal.into());
             }
             stats.rays.indirect = stats.indirect.light_rays + stats.indirect.gather_rays;
             if let Some(antialias) = &mut antialias {
-                antialias.add_indirect(&image.indirect);
+                antialias.add_indirect(&image.indirect, width as usize);
             }
             stats.stages_ms.indirect = lap(&mut clock);
         }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use halflight_core::scene::Scene;
+use halflight_core::scene::{Mesh, Scene};
 
 use crate::bvh::{Bvh, BvhError};
 
@@ -13,6 +13,7 @@ use crate::bvh::{Bvh, BvhError};
 pub struct PreparedScene {
     scene: Scene,
     bvh: Arc<Bvh>,
+    rest: Arc<Mesh>,
 }
 
 impl PreparedScene {
@@ -22,7 +23,8 @@ impl PreparedScene {
     /// The mesh does not validate. Lights and camera are checked where a pipeline is built.
     pub fn new(scene: Scene) -> Result<Self, BvhError> {
         let bvh = Arc::new(Bvh::build(&scene.mesh)?);
-        Ok(Self { scene, bvh })
+        let rest = Arc::clone(&scene.mesh);
+        Ok(Self { scene, bvh, rest })
     }
 
     /// Takes a BVH that has been built or refitted already.
@@ -31,12 +33,19 @@ impl PreparedScene {
     /// The mesh does not validate, or the BVH is not over it as it is: its number of triangles or their corners differ.
     pub fn with_bvh(scene: Scene, bvh: Arc<Bvh>) -> Result<Self, BvhError> {
         scene.mesh.validate()?;
-        if bvh.is_over(&scene.mesh) { Ok(Self { scene, bvh }) } else { Err(BvhError::Foreign) }
+        let rest = Arc::clone(&scene.mesh);
+        if bvh.is_over(&scene.mesh) { Ok(Self { scene, bvh, rest }) } else { Err(BvhError::Foreign) }
     }
 
     /// Geometry, lights and camera.
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    /// The mesh before its vertices moved: that of the scene that was prepared first. Indirect light places its points on it, so that they stay where
+    /// they are on the triangles whatever frames came before.
+    pub fn rest(&self) -> &Arc<Mesh> {
+        &self.rest
     }
 
     /// The BVH over the scene's triangles.
@@ -56,6 +65,13 @@ impl PreparedScene {
         } else {
             Arc::new(self.bvh.follow(&scene.mesh)?)
         };
-        Ok(Self { scene, bvh })
+        let (mesh, rest) = (&scene.mesh, &self.rest);
+        let alike = Arc::ptr_eq(mesh, rest)
+            || mesh.triangles == rest.triangles
+                && mesh.material_ids == rest.material_ids
+                && mesh.uvs == rest.uvs
+                && mesh.alpha_masks == rest.alpha_masks;
+        let rest = Arc::clone(if alike { rest } else { mesh });
+        Ok(Self { scene, bvh, rest })
     }
 }

@@ -227,8 +227,9 @@ impl Antialias {
         sums.par_chunks_mut(TASK).enumerate().map(|(task, sums)| add(task, sums)).sum()
     }
 
-    /// Adds indirect irradiance, known at the pixels. Sub-samples that no pixel nearby shares a surface with take that of their own pixel.
-    pub(crate) fn add_indirect(&mut self, indirect: &[Vec3]) {
+    /// Adds indirect irradiance, known at the pixels. Sub-samples that no pixel nearby shares a surface with take that of their own pixel, or the mean of
+    /// those around it where it has none.
+    pub(crate) fn add_indirect(&mut self, indirect: &[Vec3], width: usize) {
         let Self { samples, sources, sums, edges, .. } = self;
         for (sum, (range, edge)) in sums.iter_mut().zip(samples.starts().windows(2).zip(edges.all())) {
             for (entry, source) in (range[0]..range[1]).zip(&sources[range[0]..range[1]]) {
@@ -238,7 +239,11 @@ impl Antialias {
                     Source::Pixel(pixel) => pixel,
                     Source::Own(_) => edge.pixel,
                 };
-                *sum += samples.surfaces.albedo[entry] * indirect[pixel as usize] * FRAC_1_PI;
+                let light = match indirect[pixel as usize] {
+                    Vec3::ZERO => mean_around(indirect, width, pixel as usize),
+                    light => light,
+                };
+                *sum += samples.surfaces.albedo[entry] * light * FRAC_1_PI;
             }
         }
     }
@@ -273,4 +278,19 @@ impl Antialias {
             + (self.sums.capacity() + self.emitted.capacity()) * size_of::<Vec3>()
             + self.traced.capacity() * size_of::<u16>()
     }
+}
+
+/// Mean of the values above 0 of the 3 × 3 pixels around one.
+fn mean_around(values: &[Vec3], width: usize, pixel: usize) -> Vec3 {
+    let (x, y) = (pixel % width, pixel / width);
+    let (mut sum, mut count) = (Vec3::ZERO, 0.0);
+    for y in y.saturating_sub(1)..=y + 1 {
+        for x in x.saturating_sub(1)..=(x + 1).min(width - 1) {
+            let value = values.get(y * width + x).copied().unwrap_or(Vec3::ZERO);
+            if value != Vec3::ZERO {
+                (sum, count) = (sum + value, count + 1.0);
+            }
+        }
+    }
+    if count > 0.0 { sum / count } else { Vec3::ZERO }
 }

@@ -270,6 +270,10 @@ impl Bvh {
             }
         }
         let t = ray.parameter(corners) as f32;
+        // Beyond the limit of the search.
+        if hits.triangle[number] == u32::MAX && t > hits.most[number] {
+            return;
+        }
         hits.t[number] = t;
         (hits.least[number], hits.most[number]) = (t * (1.0 - ROUNDED), t * (1.0 + ROUNDED));
         (hits.place[number], hits.triangle[number]) = (place, triangle);

@@ -28,6 +28,8 @@ pub(crate) struct Patches {
     centre: [Vec<f32>; 3],
     normal: [Vec<f32>; 3],
     area: Vec<f32>,
+    /// Largest distance of a member from the centre, metres.
+    extent: Vec<f32>,
     /// Luminance of radiosity times area.
     power: Vec<f32>,
     /// Colour of the radiosity, of luminance 1.
@@ -37,8 +39,12 @@ pub(crate) struct Patches {
 impl Patches {
     /// Fills the table with a patch for each run of emitters.
     pub(crate) fn fill(&mut self, emitters: &[Emitter], sides: &[u32]) {
-        let Self { centre, normal, area, power, tint } = self;
-        centre.iter_mut().chain(&mut *normal).chain([&mut *area, &mut *power]).for_each(Vec::clear);
+        let Self { centre, normal, area, extent, power, tint } = self;
+        centre
+            .iter_mut()
+            .chain(&mut *normal)
+            .chain([&mut *area, &mut *extent, &mut *power])
+            .for_each(Vec::clear);
         tint.clear();
         for side in sides.windows(2) {
             let own = &emitters[side[0] as usize..side[1] as usize];
@@ -53,6 +59,7 @@ impl Patches {
                 centre[axis].push(at[axis]);
                 normal[axis].push(facing[axis]);
             }
+            extent.push(own.iter().map(|emitter| emitter.origin.distance(at)).fold(0.0, f32::max));
             area.push(own.iter().map(|emitter| emitter.area).sum());
             power.push(all);
             tint.push(own.iter().map(|emitter| emitter.radiosity * emitter.area).sum::<Vec3>() / all);
@@ -61,7 +68,7 @@ impl Patches {
 
     /// Memory held, bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let columns = self.centre.iter().chain(&self.normal).chain([&self.area, &self.power]);
+        let columns = self.centre.iter().chain(&self.normal).chain([&self.area, &self.extent, &self.power]);
         columns.map(|column| column.capacity() * 4).sum::<usize>() + self.tint.capacity() * size_of::<Vec3>()
     }
 }
@@ -331,7 +338,8 @@ multiversion! {
         let [nx, ny, nz] = &table.normal;
         let (x, y, z) = (&x[..count], &y[..count], &z[..count]);
         let (nx, ny, nz) = (&nx[..count], &ny[..count], &nz[..count]);
-        let (area, power) = (&table.area[..count], &table.power[..count]);
+        let (area, extent, power) = (&table.area[..count], &table.extent[..count], &table.power[..count]);
+        let reach = reach.sqrt();
         for (index, out) in out.iter_mut().enumerate() {
             let (dx, dy, dz) = (x[index] - origin.x, y[index] - origin.y, z[index] - origin.z);
             let squared = dx * dx + dy * dy + dz * dz;
@@ -339,10 +347,12 @@ multiversion! {
             let over = normal.x * dx + normal.y * dy + normal.z * dz;
             let facing = -(nx[index] * dx + ny[index] * dy + nz[index] * dz);
             let size = std::f32::consts::PI * squared;
-            let value = power[index] * above * facing
-                / (squared * (size * size + area[index] * area[index]).sqrt()).max(f32::MIN_POSITIVE);
+            let spread = squared * (size * size + area[index] * area[index]).sqrt();
+            let value = power[index] * (above * facing / spread.max(f32::MIN_POSITIVE));
             let sees = (above > 0.0) & (over > 0.0) & (facing > 0.0);
-            let near = squared < (NEAR * area[index]).max(2.0 * reach);
+            // Short rays stand for members within the reach.
+            let within = if reach > 0.0 { reach + extent[index] } else { 0.0 };
+            let near = squared < (NEAR * area[index]).max(within * within);
             *out = if near { -1.0 } else if sees { value } else { 0.0 };
         }
     }

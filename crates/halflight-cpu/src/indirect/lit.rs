@@ -10,7 +10,8 @@ use rayon::prelude::*;
 
 use super::Surroundings;
 use super::points::Points;
-use crate::irradiance::{query_sums, texture_sums};
+use crate::irradiance::fraction;
+use crate::textured::{SeenTexture, StrataRadiance};
 use crate::unshadowed::unshadowed;
 
 /// Side of a point that direct light reaches.
@@ -98,17 +99,23 @@ impl Lit {
 
 /// Adds the irradiance of one light at the queries of a batch that has been answered: its unshadowed irradiance times the visible fraction, by channel.
 pub(super) fn add_light(frame: &Frame, number: u32, batch: &MaskBatch, irradiance: &mut [Vec3]) {
-    let (light, texture) = (frame.light(number), frame.light_texture(number));
+    let light = frame.light(number);
+    let texture = frame.light_texture(number).map(|texture| {
+        let strata = StrataRadiance::new(&texture, light.radiance, batch.pattern());
+        (strata, SeenTexture::new(light, &texture))
+    });
     irradiance.par_iter_mut().enumerate().with_min_len(64).for_each(|(index, out)| {
         let query = &batch.queries()[index];
-        let sums = query_sums(light, batch, index, 1);
-        if sums.all <= 0.0 || sums.visible <= 0.0 {
-            return;
-        }
-        let seen = match &texture {
-            Some(texture) => texture_sums(light, texture, batch, index, 1).0,
-            None => Vec3::splat(sums.visible),
+        let factors = match &texture {
+            None => Vec3::splat(fraction(light, batch, index).unwrap_or(0.0)),
+            Some((strata, seen)) => {
+                let sums = strata.fractions(light, batch, index);
+                let visible = sums.and_then(|sums| sums.fractions()).map_or(Vec3::ZERO, Vec3::from_array);
+                visible * seen.mean_seen(query.origin, query.normal)
+            }
         };
-        *out += light.radiance * seen * (unshadowed(light, query.origin, query.normal) / sums.all);
+        if factors != Vec3::ZERO {
+            *out += light.radiance * factors * unshadowed(light, query.origin, query.normal);
+        }
     });
 }

@@ -10,11 +10,14 @@ mod near;
 mod points;
 mod records;
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use glam::Vec3;
 use halflight_core::frame::Frame;
 use halflight_core::hash;
+use halflight_core::pattern::Pattern;
+use halflight_core::scene::Mesh;
 use halflight_core::stats::IndirectCounts;
 use serde::{Deserialize, Serialize};
 
@@ -39,6 +42,8 @@ pub struct Surroundings<'a, 'b> {
     pub frame: &'a Frame<'a>,
     /// BVH over all triangles of the scene.
     pub bvh: &'a Bvh,
+    /// The mesh before its vertices moved, with the same triangles.
+    pub rest: &'a Arc<Mesh>,
     /// Visibility backend for direct light, prepared for the frame.
     pub requests: &'a mut Requests<'b>,
 }
@@ -48,6 +53,11 @@ pub trait Indirect: Send {
     /// Writes the indirect irradiance of every pixel, W/m² by channel, to `out`, row by row from the top left: light that has been reflected
     /// diffusely at least once. Pixels that see nothing get 0.
     fn light(&mut self, surroundings: &mut Surroundings, out: &mut [Vec3]) -> IndirectCounts;
+
+    /// Returns the patterns that the stage will ask the visibility backend for when a full mask has pattern `full`.
+    fn patterns(&self, _full: Pattern) -> Vec<Pattern> {
+        Vec::new()
+    }
 
     /// Returns the bytes held in buffers.
     fn bytes(&self) -> usize {
@@ -156,6 +166,11 @@ impl Indirect for Gather {
         counts
     }
 
+    fn patterns(&self, full: Pattern) -> Vec<Pattern> {
+        let counts = [self.config.light_samples as usize, near::SAMPLES];
+        counts.into_iter().filter_map(|count| Pattern::with_count(full.kind, count).ok()).collect()
+    }
+
     fn bytes(&self) -> usize {
         self.points.bytes() + self.lit.bytes() + self.patches.bytes() + self.records.bytes()
     }
@@ -171,7 +186,7 @@ fn light_points(
 ) -> IndirectCounts {
     let mut counts = IndirectCounts::default();
     let clock = Instant::now();
-    if points.follow(surroundings.frame.scene, count as usize) {
+    if points.follow(&surroundings.frame.scene.mesh, surroundings.rest, count as usize) {
         counts.place_ms = milliseconds(clock);
     }
     let clock = Instant::now();

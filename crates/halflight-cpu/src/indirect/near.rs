@@ -25,7 +25,7 @@ const BLOCK: usize = 1024;
 const ROWS: usize = 4;
 
 /// Light samples of each hit and light.
-const SAMPLES: usize = 4;
+pub(super) const SAMPLES: usize = 4;
 
 /// Distinguishes the random numbers of short rays from those of light samples.
 const SHORT: u32 = 0x5a0e_7000;
@@ -70,7 +70,7 @@ impl Near {
         gathered: &mut [Gathered],
     ) -> u64 {
         let Self { hits, batch, light, counted, origins } = self;
-        let Surroundings { frame, bvh, requests } = surroundings;
+        let Surroundings { frame, bvh, requests, .. } = surroundings;
         let gbuffer = frame.gbuffer;
         let pixel = |number: usize| pixels[due[number]] as usize;
         origins.clear();

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3};
 use halflight_core::gbuffer::receiver_origin;
-use halflight_core::scene::{Mesh, Scene};
+use halflight_core::scene::Mesh;
 use halflight_core::smooth::SmoothTriangle;
 use rayon::prelude::*;
 
@@ -31,6 +31,9 @@ const ALIKE: f32 = 0.5;
 
 /// Attempts to come near the number of points that was asked for; on surfaces that are finer than the radius a disk holds several.
 const ATTEMPTS: usize = 4;
+
+/// Largest growth of a triangle, beside that of the whole mesh, that points on it follow.
+const MOST_GROWTH: f64 = 4.0;
 
 /// Place on a triangle: its index and the weights of its second and third corner. It stays there when the mesh deforms.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,26 +71,29 @@ pub(crate) struct Points {
     pub(crate) points: Vec<Point>,
     /// Points of group `i` are `groups[i]..groups[i + 1]`.
     pub(crate) groups: Vec<u32>,
-    /// Least distance of points on a surface when the places were chosen, metres.
+    /// Area of all triangles, square metres, and least distance of points on a surface, metres, when the places were chosen.
+    placed: (f64, f64),
+    /// Least distance of points on a surface, about, metres.
     pub(crate) radius: f32,
     mesh: Option<Arc<Mesh>>,
+    rest: Option<Arc<Mesh>>,
     count: usize,
 }
 
 impl Points {
-    /// Places about `count` points on the surfaces of a scene, or moves them with it: while the triangles stay the same, points stay where they are on
-    /// them. Returns true if there was anything to do.
-    pub(crate) fn follow(&mut self, scene: &Scene, count: usize) -> bool {
-        let same = |mesh: &Arc<Mesh>| Arc::ptr_eq(mesh, &scene.mesh);
-        if self.count == count && self.mesh.as_ref().is_some_and(same) {
+    /// Places about `count` points on the surfaces of `rest`, the mesh before its vertices moved, and moves them to where the same triangles of `mesh` are.
+    /// Returns true if there was anything to do.
+    pub(crate) fn follow(&mut self, mesh: &Arc<Mesh>, rest: &Arc<Mesh>, count: usize) -> bool {
+        let same = |held: &Option<Arc<Mesh>>, mesh| held.as_ref().is_some_and(|held| Arc::ptr_eq(held, mesh));
+        let placed = self.count == count && same(&self.rest, rest);
+        if placed && same(&self.mesh, mesh) {
             return false;
         }
-        let kept = |mesh: &Arc<Mesh>| mesh.triangles == scene.mesh.triangles;
-        if self.count != count || !self.mesh.as_ref().is_some_and(kept) {
-            self.place(&scene.mesh, count);
+        if !placed {
+            self.place(rest, count);
         }
-        (self.mesh, self.count) = (Some(Arc::clone(&scene.mesh)), count);
-        self.locate(&scene.mesh);
+        (self.mesh, self.rest, self.count) = (Some(Arc::clone(mesh)), Some(Arc::clone(rest)), count);
+        self.locate(mesh);
         true
     }
 
@@ -132,7 +138,7 @@ impl Points {
             }
             radius *= (points as f64 / count as f64).sqrt();
         }
-        self.radius = radius as f32;
+        self.placed = (total, radius);
         let mut areas = vec![0.0; places.len()];
         owners.iter().for_each(|&owner| areas[owner as usize] += share);
         let points: Vec<usize> = (0..places.len()).filter(|&index| owners[index] as usize == index).collect();
@@ -151,10 +157,16 @@ impl Points {
 
     /// Computes where the places lie now.
     fn locate(&mut self, mesh: &Mesh) {
-        let Self { places, areas, points, groups, .. } = self;
+        let Self { places, areas, points, groups, placed, .. } = self;
+        let total: f64 = (0..mesh.triangle_count()).map(|triangle| area(mesh, triangle)).sum();
+        let growth = if placed.0 > 0.0 { total / placed.0 } else { 1.0 };
+        self.radius = (placed.1 * growth.sqrt()) as f32;
         points.clear();
         points.extend(places.iter().zip(areas).map(|(place, &mut (share, before))| {
+            // A triangle that was too small for its candidates may have one that stands for more than it.
+            let most = MOST_GROWTH * growth.max(1.0);
             let grown = if before > 0.0 { area(mesh, place.triangle as usize) / before } else { 1.0 };
+            let grown = grown.min(most);
             point(mesh, place, (share * grown) as f32)
         }));
         for group in groups.windows(2) {
@@ -333,7 +345,7 @@ mod tests {
     use super::*;
 
     /// A square floor of 4 × 4 m in two triangles and a wall of 4 × 1 m.
-    fn room() -> Scene {
+    fn room() -> Arc<Mesh> {
         let positions = vec![
             Vec3::ZERO,
             Vec3::new(0.0, 0.0, 4.0),
@@ -351,12 +363,13 @@ mod tests {
             materials: vec![halflight_core::scene::Material::default()],
             ..Mesh::default()
         };
-        Scene { mesh: Arc::new(mesh), ..Scene::default() }
+        Arc::new(mesh)
     }
 
     fn placed(count: usize) -> Points {
         let mut points = Points::default();
-        assert!(points.follow(&room(), count));
+        let room = room();
+        assert!(points.follow(&room, &room, count));
         points
     }
 
@@ -392,37 +405,41 @@ mod tests {
 
     #[test]
     fn points_stay_on_their_triangles_when_the_mesh_moves() {
-        let scene = room();
-        let mut points = placed(100);
-        let before = points.points.clone();
-        let mut same = placed(100);
-        let mesh = Arc::clone(same.mesh.as_ref().unwrap());
-        assert!(!same.follow(&Scene { mesh, ..Scene::default() }, 100));
-        let mut mesh = Mesh::clone(&scene.mesh);
+        let rest = room();
+        let mut points = Points::default();
+        points.follow(&rest, &rest, 100);
+        let (before, radius) = (points.points.clone(), points.radius);
+        assert!(!points.follow(&rest, &rest, 100));
+        let mut mesh = Mesh::clone(&rest);
         mesh.positions.iter_mut().for_each(|position| *position = *position * 2.0 + Vec3::X);
-        let moved = Scene { mesh: Arc::new(mesh), ..Scene::default() };
-        assert!(points.follow(&moved, 100));
+        let moved = Arc::new(mesh);
+        assert!(points.follow(&moved, &rest, 100));
         assert_eq!(points.points.len(), before.len());
+        assert!((points.radius / radius - 2.0).abs() < 1e-3);
         for (after, before) in points.points.iter().zip(&before) {
             let expected = before.position * 2.0 + Vec3::X;
             assert!(after.position.distance(expected) < 1e-5);
             assert!((after.area / before.area - 4.0).abs() < 1e-3);
         }
-        // Other triangles: other points.
-        let mut mesh = Mesh::clone(&moved.mesh);
+        // What came before does not matter.
+        let mut alone = Points::default();
+        alone.follow(&moved, &rest, 100);
+        assert_eq!(alone.points, points.points);
+        // Another mesh: other points.
+        let mut mesh = Mesh::clone(&moved);
         mesh.triangles.truncate(2);
         mesh.material_ids.truncate(2);
-        assert!(points.follow(&Scene { mesh: Arc::new(mesh), ..Scene::default() }, 100));
+        let other = Arc::new(mesh);
+        assert!(points.follow(&other, &other, 100));
         assert!(points.points.iter().all(|point| point.normal.y.abs() > 0.9));
     }
 
     #[test]
     fn nothing_has_no_points() {
-        for scene in [Scene::default(), Scene { mesh: Arc::new(Mesh::default()), ..Scene::default() }] {
-            let mut points = Points::default();
-            points.follow(&scene, 100);
-            assert!(points.points.is_empty() && points.groups == [0]);
-        }
+        let mesh = Arc::new(Mesh::default());
+        let mut points = Points::default();
+        points.follow(&mesh, &mesh, 100);
+        assert!(points.points.is_empty() && points.groups == [0]);
         assert!(placed(0).points.is_empty());
     }
 }

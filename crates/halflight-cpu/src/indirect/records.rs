@@ -264,7 +264,7 @@ impl Records {
             if weight > 0.0 && lie_together(gbuffer, planes, pixel, corner, apart) {
                 sum += record.irradiance * weight;
                 total += weight;
-                if is_beside(gbuffer, pixel, corner, record) {
+                if is_beside(gbuffer, pixel, corner, apart, record) {
                     near += record.irradiance * weight;
                     near_total += weight;
                 }
@@ -367,9 +367,14 @@ fn lie_together(gbuffer: &GBuffer, planes: &TangentPlanes, a: usize, b: usize, a
     !planes.is_discontinuity(a, b, apart) && normals[a].dot(normals[b]) > TURN
 }
 
-/// True if a pixel is so near to a receiver, for the distance that light comes from, that it has the same light.
-fn is_beside(gbuffer: &GBuffer, pixel: usize, at: usize, record: &Gathered) -> bool {
-    gbuffer.position[pixel].distance(gbuffer.position[at]) <= BESIDE * record.distance()
+/// True if a pixel, `apart` columns or rows from a receiver, is so near to it for the distance that light comes from that it has the same light.
+fn is_beside(gbuffer: &GBuffer, pixel: usize, at: usize, apart: u32, record: &Gathered) -> bool {
+    let distance = record.distance();
+    // Of a dark receiver it is not known from where light may come.
+    if distance.is_infinite() {
+        return apart <= 1;
+    }
+    gbuffer.position[pixel].distance(gbuffer.position[at]) <= BESIDE * distance
 }
 
 fn quarters(cell: Cell) -> impl Iterator<Item = Cell> {

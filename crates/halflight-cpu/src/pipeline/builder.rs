@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use halflight_core::frame::LightSampling;
 use halflight_core::pattern::Pattern;
-use halflight_core::scene::Scene;
+use halflight_core::scene::{Mesh, Scene};
 use halflight_core::stages::{Refiner, Unsupported, Upsampler, Visibility};
 use halflight_core::subpixel;
 
@@ -20,6 +20,7 @@ use crate::irradiance::Shading;
 pub struct PipelineBuilder {
     pub(super) scene: Scene,
     pub(super) bvh: Arc<Bvh>,
+    pub(super) rest: Arc<Mesh>,
     pub(super) size: (u32, u32),
     pub(super) refiner: Box<dyn Refiner>,
     pub(super) visibility: Box<dyn Visibility>,
@@ -168,6 +169,8 @@ impl PipelineBuilder {
         full: Pattern,
     ) -> Result<(), Unsupported> {
         self.refiner.patterns(full).into_iter().try_for_each(|pattern| visibility.supports(pattern))?;
+        let points = self.indirect.iter().flat_map(|stage| stage.patterns(full));
+        points.into_iter().try_for_each(|pattern| visibility.supports(pattern))?;
         // Masks of sub-samples are full ones, whatever the refiner asks for.
         if self.antialias > 1 { visibility.supports(full) } else { Ok(()) }
     }

@@ -76,6 +76,11 @@ pub enum PipelineError {
          render a larger image and average its pixels"
     )]
     GivenSubSamples,
+    /// Points of indirect light lie where an approximate backend knows nothing.
+    #[error(
+        "indirect light takes an exact visibility backend, and {0} is approximate: choose bvh, beam, auto or raster4d"
+    )]
+    InexactIndirect(&'static str),
     /// Worker threads could not be started.
     #[error("worker threads could not be started: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),

@@ -61,7 +61,7 @@ const PLANES: usize = 2;
 const CHUNK: usize = 1024;
 
 /// Bytes a pixel beside those of a frame: sums of both halves and their copy on the way to the disk, the G-buffer of the hits, directions and light.
-const BYTES: u64 = 2 * 2 * 16 * PLANES as u64 + 96;
+const BYTES: u64 = 2 * 2 * 16 * PLANES as u64 + 160;
 
 /// Indirect irradiance of exactly one diffuse reflection, with an estimate of its noise.
 #[derive(Clone, Debug, Default, PartialEq)]

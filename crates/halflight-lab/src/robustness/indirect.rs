@@ -25,7 +25,7 @@ const SIZE: [u32; 2] = [96, 72];
 /// Rays of each pixel of the references.
 const RAYS: u32 = 512;
 
-/// Relative error up to which a picture passes: three times what the rays of `gather` come down to by default.
+/// Relative error up to which a picture passes.
 const PASSES: f64 = 0.1;
 
 /// Relative error above which a picture fails: half of the light is missing or misplaced.

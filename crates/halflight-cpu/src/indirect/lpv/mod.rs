@@ -13,6 +13,7 @@ mod tests;
 use std::time::Instant;
 
 use glam::Vec3;
+use halflight_core::pattern::Pattern;
 use halflight_core::stats::IndirectCounts;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -89,7 +90,8 @@ impl Lpv {
             steps: config.steps.min(256),
             points: config.points.clamp(1, MOST_POINTS),
             light_samples: config.light_samples.clamp(1, 4096),
-            offset: config.offset.clamp(0.0, 2.0),
+            // NaN is no distance.
+            offset: if config.offset > 0.0 { config.offset.min(2.0) } else { 0.0 },
             ..config
         };
         Self { config, ..Self::default() }
@@ -152,6 +154,10 @@ impl Indirect for Lpv {
         });
         counts.lookup_ms = milliseconds(clock);
         counts
+    }
+
+    fn patterns(&self, full: Pattern) -> Vec<Pattern> {
+        Pattern::with_count(full.kind, self.config.light_samples as usize).into_iter().collect()
     }
 
     fn bytes(&self) -> usize {
