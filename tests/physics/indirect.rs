@@ -121,7 +121,7 @@ fn no_light_passes_through_a_thin_wall() {
     let (image, _) = render(&dark, &config(IndirectConfig::Gather(GatherConfig::default())));
     assert!(image.indirect.iter().all(|&light| light == Vec3::ZERO));
     assert!(image.stats.indirect.lit > 1000 && image.stats.indirect.gather_rays > 1000);
-    // Where the lamp is, light comes from everywhere.
+    // In the lit room light comes from everywhere.
     let lit = room(Vec3::new(-0.5, 1.5, 0.0), Vec3::new(-4.0, 1.2, 0.2));
     let (image, _) = render(&lit, &config(IndirectConfig::Gather(GatherConfig::default())));
     assert!(image.indirect.iter().all(|light| light.min_element() > 0.01));

@@ -64,7 +64,7 @@ fn references_of_one_reflection_are_what_images_are_compared_with() {
     assert!(noise > 0.0 && noise < 1.0, "{noise}");
     let light = truth.layer(INDIRECT_IRRADIANCE).unwrap();
     assert!(light.iter().any(|&value| value != Vec3::ZERO) && light.iter().all(|value| value.is_finite()));
-    // What a stopped run has saved is gone on from.
+    // A stopped run goes on from its state.
     place.good("reference contact --size 48x36 --indirect --samples 128 --out more.exr");
     let more = read(&place, "more.exr").metadata["reference"]["noise_nmse2"].as_f64().unwrap();
     assert!(more < noise, "{more} {noise}");

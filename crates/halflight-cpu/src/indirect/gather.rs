@@ -19,7 +19,7 @@ const NEAR: f32 = 8.0;
 /// Rays of the first round, which says how many more are needed.
 const PILOT: usize = 64;
 
-/// What systematic sampling along the curve makes of the variance of independent rays.
+/// Factor on the variance of independent rays that systematic sampling along the curve leaves.
 const STRATIFIED: f32 = 0.35;
 
 /// Patches that groups of emitters count as, by coordinate, for vectors.

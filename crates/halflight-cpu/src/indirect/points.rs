@@ -421,7 +421,7 @@ mod tests {
             assert!(after.position.distance(expected) < 1e-5);
             assert!((after.area / before.area - 4.0).abs() < 1e-3);
         }
-        // What came before does not matter.
+        // Earlier meshes do not matter.
         let mut alone = Points::default();
         alone.follow(&moved, &rest, 100);
         assert_eq!(alone.points, points.points);

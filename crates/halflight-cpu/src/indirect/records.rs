@@ -96,7 +96,7 @@ impl Records {
         self.near_rays = 0;
         let gbuffer = task.frame.gbuffer;
         let Levels { coarsest, finest, spread } = task.levels;
-        // Whether there is a discontinuity does not depend on the light.
+        // Discontinuities do not depend on the light.
         self.discontinuities.find(task.frame, 0, &DiscontinuityLimits::default(), TURN, coarsest);
         self.of_pixel.clear();
         self.of_pixel.resize(gbuffer.pixels(), NONE);

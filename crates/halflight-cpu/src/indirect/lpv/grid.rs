@@ -177,7 +177,7 @@ impl Volume {
 pub(super) struct Blocking {
     /// Blocked part of light along each axis at the corners of the cells, one axis after another; corner `i` is the lowest of cell `i`.
     corners: Vec<f32>,
-    /// The same in the middle of the faces: `faces[axis]` of the lower side of each cell across that axis, three parts each.
+    /// Blocked parts in the middle of the faces: `faces[axis]` of the lower side of each cell across that axis, three parts each.
     pub(super) faces: [[Vec<f32>; 3]; 3],
 }
 
