@@ -26,7 +26,7 @@ ROWS = [
     ("disk", "160x120", 1024, ["light.0.radius=0.62"]),
     ("hexagon", "160x120", 1024, ["light.0.radiance=[31, 29, 27]"]),
     ("screen", "160x120", 1024, ["mesh.0.transform.rotate_deg=[0, 28, 0]"]),
-    ("plate", "160x120", 1024, ["light.0.two_sided=false"]),
+    ("plate", "160x120", 1024, ["light.0.axis_v=[0.2, 0, 0.38]"]),
     ("sphere", "160x120", 1024, ["light.0.radius=0.36"]),
     ("metal-0.6", "160x120", 1024, ["mesh.0.roughness=0.62"]),
     ("metal-0.3", "160x120", 1024, []),
