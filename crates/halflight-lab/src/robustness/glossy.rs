@@ -9,7 +9,7 @@ use halflight_cpu::prepared::PreparedScene;
 use halflight_metrics::{Image, nmse2};
 use std::sync::Arc;
 
-use super::indirect::Verdict;
+use super::indirect::{Verdict, chosen};
 use super::judge::sound;
 use super::scenes::{Set, parallelogram, square_light};
 use crate::reference::{ReferenceConfig, receivers, reference, seen};
@@ -24,12 +24,6 @@ const SIZE: [u32; 2] = [96, 72];
 
 /// Rays of each lobe of the references.
 const RAYS: u32 = 4096;
-
-/// Relative error of the radiance up to which a picture passes. Lobes of 64 rays have about a third of it where half of the light is hidden.
-const PASSES: f64 = 0.1;
-
-/// Relative error above which a picture fails.
-const FAILS: f64 = 0.5;
 
 /// Case: a floor and what is said, seen by every refiner.
 #[derive(Clone, Debug)]
@@ -105,13 +99,8 @@ pub fn cases() -> Vec<Case> {
 /// # Errors
 /// No case has the name, a reference cannot be rendered, or a picture is not finite or negative.
 pub fn run(name: Option<&str>, progress: &Progress) -> Result<Vec<Row>> {
-    let cases: Vec<Case> =
-        cases().into_iter().filter(|case| name.is_none_or(|name| case.name == name)).collect();
-    if let (Some(name), true) = (name, cases.is_empty()) {
-        bail!("there is no case `{name}`");
-    }
     let mut rows = Vec::new();
-    for case in &cases {
+    for case in &chosen(cases(), name, |case| case.name)? {
         progress.now(case.name);
         rows.extend(judged(case, SIZE, RAYS)?);
     }
@@ -143,11 +132,7 @@ fn judged(case: &Case, [width, height]: [u32; 2], rays: u32) -> Result<Vec<Row>>
             let view =
                 |pixels| -> Result<Image<'_>> { Ok(Image::new(width, height, pixels)?.with_mask(&mask)?) };
             let error = nmse2(view(&image.radiance)?, view(&truth)?).with_context(named)?.sqrt();
-            let verdict = match error {
-                error if error > FAILS => Verdict::Fails,
-                error if error > PASSES => Verdict::Degraded,
-                _ => Verdict::Pass,
-            };
+            let verdict = Verdict::of_error(error);
             let brightest = image.specular.iter().map(|light| light.max_element()).fold(0.0, f32::max);
             let &Case { name, title, .. } = case;
             Ok(Row { case: name, title, refiner: refiner.name(), verdict, error, brightest })

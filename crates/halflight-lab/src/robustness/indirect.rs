@@ -25,7 +25,7 @@ const SIZE: [u32; 2] = [96, 72];
 /// Rays of each pixel of the references.
 const RAYS: u32 = 512;
 
-/// Relative error up to which a picture passes.
+/// Relative error up to which a picture passes, of indirect light and of glossy surfaces.
 const PASSES: f64 = 0.1;
 
 /// Relative error above which a picture fails: half of the light is missing or misplaced.
@@ -56,6 +56,30 @@ pub enum Verdict {
     Degraded,
     /// A relative error above that.
     Fails,
+}
+
+impl Verdict {
+    /// Returns the verdict on a relative error.
+    pub(super) fn of_error(error: f64) -> Self {
+        match error {
+            error if error > FAILS => Self::Fails,
+            error if error > PASSES => Self::Degraded,
+            _ => Self::Pass,
+        }
+    }
+}
+
+/// Returns all cases, or the one of a name.
+pub(super) fn chosen<T>(
+    mut cases: Vec<T>,
+    name: Option<&str>,
+    name_of: impl Fn(&T) -> &'static str,
+) -> Result<Vec<T>> {
+    cases.retain(|case| name.is_none_or(|name| name_of(case) == name));
+    match (name, cases.is_empty()) {
+        (Some(name), true) => bail!("there is no case `{name}`"),
+        _ => Ok(cases),
+    }
 }
 
 impl fmt::Display for Verdict {
@@ -137,13 +161,8 @@ fn room() -> Set {
 /// # Errors
 /// No case has the name, a reference cannot be rendered, or a picture is not finite or negative.
 pub fn run(name: Option<&str>, progress: &Progress) -> Result<Vec<Row>> {
-    let cases: Vec<Case> =
-        cases().into_iter().filter(|case| name.is_none_or(|name| case.name == name)).collect();
-    if let (Some(name), true) = (name, cases.is_empty()) {
-        bail!("there is no case `{name}`");
-    }
     let mut rows = Vec::new();
-    for case in &cases {
+    for case in &chosen(cases(), name, |case| case.name)? {
         progress.now(case.name);
         rows.extend(judged(case, SIZE, RAYS)?);
     }
@@ -183,9 +202,8 @@ fn judged(case: &Case, [width, height]: [u32; 2], rays: u32) -> Result<Vec<Row>>
             };
             let verdict = match error {
                 None if means[0] > NONE => Verdict::Degraded,
-                Some(error) if error > FAILS => Verdict::Fails,
-                Some(error) if error > PASSES => Verdict::Degraded,
-                _ => Verdict::Pass,
+                None => Verdict::Pass,
+                Some(error) => Verdict::of_error(error),
             };
             let &Case { name, title, .. } = case;
             Ok(Row { case: name, title, method: indirect.name(), verdict, error, means })
