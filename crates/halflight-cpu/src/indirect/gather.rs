@@ -1,4 +1,4 @@
-//! Indirect light at one receiver: what it receives from lit points, each a disk of the area that the point stands for.
+//! Indirect light at one receiver: what it receives from lit points, each a patch of the area that the point stands for.
 //!
 //! The irradiance that a small patch of radiosity B and area A at distance d causes is B · cos θ cos θ′ · x with x = A / (π d²). Summed over the patches of
 //! a surface this is the midpoint rule, good from a distance of about a patch on; nearer, x / √(1 + x²) takes the place of x, so that no patch adds more

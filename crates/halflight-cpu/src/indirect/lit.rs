@@ -58,7 +58,8 @@ impl Lit {
                 query.key = hash::pattern_key(index as u32 / 2, number, frame.index, frame.seed);
             });
             requests.masks(frame, batch);
-            add_light(frame, number, batch, irradiance);
+            let texture = texture(frame, number, pattern);
+            add_light(frame, number, texture.as_ref(), batch, irradiance);
         }
         emitters.clear();
         sides.clear();
@@ -97,16 +98,28 @@ impl Lit {
     }
 }
 
+/// Texture of a light, as the strata of a pattern and as receivers see it.
+pub(super) type Texture = (StrataRadiance, SeenTexture);
+
+/// Texture of a light for a pattern; none for a uniform one.
+pub(super) fn texture(frame: &Frame, number: u32, pattern: Pattern) -> Option<Texture> {
+    let (light, texture) = (frame.light(number), frame.light_texture(number)?);
+    Some((StrataRadiance::new(&texture, light.radiance, pattern), SeenTexture::new(light, &texture)))
+}
+
 /// Adds the irradiance of one light at the queries of a batch that has been answered: its unshadowed irradiance times the visible fraction, by channel.
-pub(super) fn add_light(frame: &Frame, number: u32, batch: &MaskBatch, irradiance: &mut [Vec3]) {
+/// `texture` is that of the light for the batch's pattern.
+pub(super) fn add_light(
+    frame: &Frame,
+    number: u32,
+    texture: Option<&Texture>,
+    batch: &MaskBatch,
+    irradiance: &mut [Vec3],
+) {
     let light = frame.light(number);
-    let texture = frame.light_texture(number).map(|texture| {
-        let strata = StrataRadiance::new(&texture, light.radiance, batch.pattern());
-        (strata, SeenTexture::new(light, &texture))
-    });
     irradiance.par_iter_mut().enumerate().with_min_len(64).for_each(|(index, out)| {
         let query = &batch.queries()[index];
-        let factors = match &texture {
+        let factors = match texture {
             None => Vec3::splat(fraction(light, batch, index).unwrap_or(0.0)),
             Some((strata, seen)) => {
                 let sums = strata.fractions(light, batch, index);

@@ -14,7 +14,7 @@ use halflight_core::stages::Visibility;
 
 use super::Surroundings;
 use super::gather::{Gathered, far};
-use super::lit::add_light;
+use super::lit::{Texture, add_light, texture};
 use crate::compose::luminance;
 use crate::gbuffer::trace_sheaves;
 
@@ -53,16 +53,25 @@ impl Near {
         gathered: &mut [Gathered],
     ) -> u64 {
         let due: Vec<usize> = (0..pixels.len()).filter(|&index| gathered[index].near).collect();
+        if due.is_empty() {
+            return 0;
+        }
+        let frame = surroundings.frame;
+        let pattern = Pattern::with_count(frame.pattern.kind, SAMPLES).unwrap_or(frame.pattern);
+        let lights = 0..frame.scene.lights.len() as u32;
+        let textures: Vec<Option<Texture>> = lights.map(|number| texture(frame, number, pattern)).collect();
         let mut traced = 0;
         for due in due.chunks(BLOCK) {
-            traced += self.block(surroundings, reach, rays, pixels, due, gathered);
+            traced += self.block(surroundings, (pattern, &textures), reach, rays, pixels, due, gathered);
         }
         traced
     }
 
+    #[allow(clippy::too_many_arguments)]
     fn block(
         &mut self,
         surroundings: &mut Surroundings,
+        (pattern, textures): (Pattern, &[Option<Texture>]),
         reach: f32,
         rays: usize,
         pixels: &[u32],
@@ -94,9 +103,7 @@ impl Near {
         light.clear();
         light.resize(counted.len(), Vec3::ZERO);
         let before = requests.rays.refine + requests.rays.last;
-        let kind = frame.pattern.kind;
-        let pattern = Pattern::with_count(kind, SAMPLES).unwrap_or(frame.pattern);
-        for number in 0..frame.scene.lights.len() as u32 {
+        for (number, texture) in (0..).zip(textures) {
             batch.reset(number, pattern, Purpose::Final);
             for (query, &(entry, _)) in batch.fill(counted.len()).iter_mut().zip(&*counted) {
                 let entry = entry as usize;
@@ -106,7 +113,7 @@ impl Near {
                 query.key = hash::pattern_key(place, number, frame.index, frame.seed ^ SHORT);
             }
             requests.masks(frame, batch);
-            add_light(frame, number, batch, light);
+            add_light(frame, number, texture.as_ref(), batch, light);
         }
         let share = 1.0 / rays as f32;
         for (&(entry, part), &light) in counted.iter().zip(&*light) {
